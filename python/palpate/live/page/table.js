@@ -39,6 +39,9 @@ export class Table {
     $("rows").addEventListener("click", (event) => this.click(event));
     $("rows").addEventListener("keydown", (event) => this.step(event));
     document.addEventListener("scroll", () => this.draw(), { capture: true, passive: true });
+    $("rows")
+      .closest(".scroll")
+      .addEventListener("scrollend", () => this.align());
     addEventListener("resize", () => {
       this.heights.clear();
       this.draw();
@@ -157,6 +160,22 @@ export class Table {
     const { scrollHeight, clientHeight } = $("rows").closest(".scroll");
     if (scrollHeight <= clientHeight) return;
     this.made.get(String(this.known.chosen))?.scrollIntoView({ block: "nearest" });
+    this.align();
+  }
+
+  // At rest no row is cut by the upper edge: the table scrolls on to the next row.
+  align() {
+    const scroll = $("rows").closest(".scroll");
+    const head = $("touches").querySelector("thead").getBoundingClientRect();
+    const edge = Math.max(head.bottom, scroll.getBoundingClientRect().top);
+    const rest = scroll.scrollHeight - scroll.clientHeight - scroll.scrollTop;
+    for (const row of this.made.values()) {
+      const { top, bottom } = row.getBoundingClientRect();
+      if (top < edge - 1 && bottom > edge + 1 && bottom - edge <= rest) {
+        scroll.scrollBy(0, bottom - edge);
+        break;
+      }
+    }
     this.coverHalfRow();
   }
 

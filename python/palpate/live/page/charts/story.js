@@ -8,12 +8,28 @@ import { placesOf, stepOf, ticks, timeStep } from "./axes.js";
 import { unit } from "./canvas.js";
 import { cutMarks, detectorStrip, estimateCurve, percentAxis, percentages } from "./estimate.js";
 import { nearest } from "./plot.js";
-import { SvgChart, box, clipped, label, line, ruler } from "./svg.js";
+import { SvgChart, box, clipped, label, line, measure, ruler } from "./svg.js";
 
 const TITLE = 18; // units of height
 const SHARES = [0.46, 0.36, 0.18]; // of the height: channels, estimate, detector
 const FINGER = 44; // px: a pin that is tapped
 const PIN = 24; // units: a pin that is clicked
+// Titles, the longest first: the one that has room is written.
+const ESTIMATE = [
+  "Estimate of the ratio; band: noise (k = 1)",
+  "Ratio; band: noise (k = 1)",
+  "Ratio",
+];
+const DETECTOR = [
+  "Detector (CUSUM); above the dashed line: changed",
+  "Detector (CUSUM)",
+  "Detector",
+];
+
+function titleOf(texts, left, right, top, k) {
+  const text = texts.find((one) => measure(one, k) <= right - left) ?? texts.at(-1);
+  return label(left, top - 5 * k, text, "value");
+}
 
 export class StoryPlot extends SvgChart {
   constructor(place, charts) {
@@ -100,7 +116,7 @@ export class StoryPlot extends SvgChart {
       const path = points.map(([t, value]) => [x(t), y(value)]);
       return line(path, name, name === "hard" ? 2.2 : 1.6);
     });
-    const title = label(left, top - 5 * k, "Capacitance change, pF", "value");
+    const title = titleOf(["Capacitance change, pF", "Change, pF"], left, right - 120 * k, top, k);
     const key =
       label(right, top - 5 * k, "hard ━", "hardkey", "end") +
       label(right - 60 * k, top - 5 * k, "soft ━", "softkey", "end");
@@ -112,7 +128,7 @@ export class StoryPlot extends SvgChart {
   estimate(shown) {
     const { k, touch, curve, left, right, panels } = shown;
     const { top, foot } = panels[1];
-    const title = label(left, top - 5 * k, "Estimate of the ratio; band: noise (k = 1)", "value");
+    const title = titleOf(ESTIMATE, left, right, top, k);
     if (curve.length < 2 || !Number.isFinite(touch.ratio)) {
       return (
         title + label(left + 8, (top + foot) / 2, "No ratio can be estimated from this touch.")
@@ -140,16 +156,17 @@ export class StoryPlot extends SvgChart {
   }
 
   // The result with its whole uncertainty, after the touch; an arrow at each end if it is longer than the scale.
-  resultBar({ touch, zero, scale, x, y, start, k, top, base }) {
+  resultBar({ touch, zero, scale, x, y, start, k, top, base, right }) {
     if (!touch.uncertainty || touch.running) return "";
     const percent = Math.abs((100 * touch.uncertainty) / zero);
     const at = x(touch.end_s - start) + 9 * k;
-    const text = `± ${number(percent, percent)} %`;
-    const parts = [
-      ruler(at, y(percent), at, y(-percent), "ink", { width: 2 }),
-      label(at + 7 * k, y(0) - 5 * k, number(touch.ratio, touch.uncertainty), "value"),
-      label(at + 7 * k, y(0) + 14 * k, text),
-    ];
+    const parts = [ruler(at, y(percent), at, y(-percent), "ink", { width: 2 })];
+    const texts = [number(touch.ratio, touch.uncertainty), `± ${number(percent, percent)} %`];
+    const width = Math.max(...texts.map((text) => measure(text, k)));
+    if (at + 7 * k + width <= right) {
+      parts.push(label(at + 7 * k, y(0) - 5 * k, texts[0], "value"));
+      parts.push(label(at + 7 * k, y(0) + 14 * k, texts[1]));
+    }
     if (percent > scale) {
       parts.push(label(at, top + 9 * k, "▲", "", "middle"), label(at, base, "▼", "", "middle"));
     }
@@ -157,16 +174,11 @@ export class StoryPlot extends SvgChart {
   }
 
   detector(shown) {
-    const { k, curve, left, panels } = shown;
+    const { k, curve, left, right, panels } = shown;
     const { top, foot } = panels[2];
     const { threshold } = this.charts.known.hello;
     const x = (t) => shown.x(t + shown.start);
-    const title = label(
-      left,
-      top - 5 * k,
-      "Detector (CUSUM); above the dashed line: changed",
-      "value",
-    );
+    const title = titleOf(DETECTOR, left, right, top, k);
     return detectorStrip({ ...shown, curve, threshold, x, foot, strip: foot - top }) + title;
   }
 
