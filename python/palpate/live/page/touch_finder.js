@@ -174,6 +174,7 @@ export class TouchFinder {
 
   // One time moves everything: the window goes there, and the touch there or the nearest one is shown.
   go(text) {
+    if (!text) return;
     const { end } = this.charts.viewport;
     const t = this.seconds(text) + this.origin;
     if (!(t <= end)) {
