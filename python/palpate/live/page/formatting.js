@@ -58,6 +58,11 @@ export function modulusOf(modulus) {
   return { value, interval: unit ? `${interval} ${unit}` : text, unit, more, shore };
 }
 
+// Low and high end of an interval of `modulusOf`, the unit at the high one.
+export function endsOf(interval) {
+  return interval.split(" to ");
+}
+
 // With its sign, and a true minus.
 export function signed(value, decimals) {
   const text = Math.abs(value).toFixed(decimals);

@@ -55,7 +55,8 @@ export class Signals {
 
   give(tone) {
     const calm = matchMedia("(prefers-reduced-motion: reduce)").matches; // at the edge: the word is read meanwhile
-    $("state").animate({ outline: ["8px solid var(--ink)", "0 solid"], outlineOffset: "-8px", easing: "steps(2, jump-none)" }, { duration: calm ? 700 : 280, iterations: calm ? 1 : 2 });
+    const place = document.body.dataset.depth === "measure" ? $("instrument") : $("state");
+    place.animate({ outline: ["8px solid var(--ink)", "0 solid"], outlineOffset: "-8px", easing: "steps(2, jump-none)" }, { duration: calm ? 700 : 280, iterations: calm ? 1 : 2 });
     if (this.audio?.state !== "running") return;
     TONES[tone].forEach((hz, i) => this.sound(hz, this.audio.currentTime + i * LENGTH_S * 1.2));
   }

@@ -16,6 +16,7 @@ const NOTHING = {
   calibration: {},
   device: {},
   chosen: null,
+  finished: null,
   looking: null,
 };
 const SHOWN_AGAIN = ["hello", "touches", "session", "calibration"];
