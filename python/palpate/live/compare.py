@@ -1,14 +1,17 @@
 """Recordings beside each other: the touches of each specimen, and whether they agree."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import accumulate
 from pathlib import Path
 from statistics import fmean
 
 from palpate.calibration import Calibration
 from palpate.live.feed import Document, RefusedCommand
+from palpate.repeatability import agreement
 from palpate.report.findings import (
     AnalysedRecording,
+    Findings,
     ReportedTouch,
     SpecimenResult,
     analyse_again,
@@ -46,7 +49,28 @@ def compared(paths: Sequence[Path], calibration: Calibration | None) -> Document
         "of": len(shared),
         "scatter": found.scatter.share,
         "specimens": [_specimen(one, runs) for one in found.results],
+        "same": None if shared else _as_one_object(found, runs),
     }
+
+
+def _as_one_object(found: Findings, runs: Sequence[AnalysedRecording]) -> Document | None:
+    """Return all touches as if they were on one object; None: the touches of only one recording count."""
+    kept = [one for one in found.touches if not one.left_out]
+    if len({one.run.name for one in kept}) < 2:
+        return None
+    touches = [one.touch for one in kept]
+    if found.calibration:
+        agreed = found.calibration.agreement(touches)
+    else:
+        agreed = agreement(touches, ratio_of=kept[0].ratio_of)
+    all_touches = replace(
+        found.results[0],
+        name="all as one object",
+        touches=found.touches,
+        kept=kept,
+        agreement=agreed,
+    )
+    return _specimen(all_touches, runs)
 
 
 def _specimen(one: SpecimenResult, runs: Sequence[AnalysedRecording]) -> Document:

@@ -85,3 +85,14 @@ export function grouped(count) {
 export function places(text) {
   return (String(text).split(".")[1] ?? "").length;
 }
+
+const SCATTERS = {
+  assumed: "the scatter from touch to touch is assumed until touches are repeated or calibrated",
+  session: "the scatter from touch to touch is that of the repeated touches",
+  calibration: "the scatter from touch to touch is that of the calibration",
+};
+
+// Where the scatter in an uncertainty comes from.
+export function scatterWords(source) {
+  return SCATTERS[source] ?? "";
+}

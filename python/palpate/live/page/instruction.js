@@ -1,7 +1,7 @@
 // The instruction of the Lab: the word, how far the touch is, the number, and what is touched next.
 
 import { $, fill, make, put } from "./dom.js";
-import { clock, grouped, inUnit, modulusOf, plusMinus, settings, signed } from "./formatting.js";
+import { clock, grouped, inUnit, modulusOf, number, plusMinus, settings, signed } from "./formatting.js";
 
 const WITH_ERRORS = ["handheld", "sliding"]; // scenes
 const NEAR_S = 0.5; // between the clocks of the simulated hand and of the samples
@@ -75,7 +75,7 @@ export class Instruction {
     const inside = Math.abs(off) <= one.uncertainty ? "✓ inside ±" : "outside ±, as one touch in three";
     const side = `The estimate is ${distance} ${off < 0 ? "below" : "above"}.`;
     const head = ["True ratio", name].filter(Boolean).join(", ");
-    this.showAside(head, plusMinus(ratio, one.uncertainty)[0], isUnsure(one, hello) ? "" : `${inside}. ${side}`);
+    this.showAside(head, number(ratio), isUnsure(one, hello) ? "" : `${inside}. ${side}`);
   }
 
   showAside(head, large, small, next = null, again = false) {

@@ -7,7 +7,6 @@ import { Connection } from "./connection.js";
 import { Depths } from "./depths.js";
 import { Device } from "./device.js";
 import { $, put } from "./dom.js";
-import { Found } from "./found.js";
 import { Marks } from "./marks.js";
 import { Instrument } from "./measure/instrument.js";
 import { TouchedObject } from "./measure/object.js";
@@ -22,6 +21,7 @@ import { SpecimenList } from "./specimen_list.js";
 import { Start } from "./start.js";
 import { Store } from "./store.js";
 import { merged } from "./table.js";
+import { TouchFinder } from "./touch_finder.js";
 import { Verification } from "./verification.js";
 
 const SILENT = ["view", "cut", "compare", "read list", "settings"]; // asked for by the charts, not by a person
@@ -43,7 +43,7 @@ const shell = new Shell(store, {
 });
 const { known, line, charts } = shell;
 const answer = (text, bad) => line.answer(text, bad);
-const found = new Found(shell, send, answer);
+const found = new TouchFinder(shell, send, answer);
 const compare = new Compare(send, answer);
 const marks = new Marks(known, send);
 const session = new Session(known, send);
@@ -81,7 +81,7 @@ function showDone(message) {
   if (message.do === "tare anyway") known.forced = false;
   if (!SILENT.includes(message.do)) answer(message.message);
   if (message.do === "mark") marks.open(message.id, "");
-  if (message.do === "cut") charts.cursors.tell(message.message);
+  if (message.do === "cut") charts.cursors.showAnswer(message.message);
   if (message.do === "compare") showComparison(message);
   if (message.do === "plan") list.answered(message.message, true);
   if (message.do === "read list" && message.lines) list.read(message.lines);

@@ -1,7 +1,7 @@
 // A thin strip of both channels: one sees that the measurement lives.
 
 import { span, trace } from "../charts/plot.js";
-import { Sheet } from "../charts/sheet.js";
+import { Canvas } from "../charts/canvas.js";
 import { extremes } from "../charts/plot.js";
 import { $ } from "../dom.js";
 
@@ -13,7 +13,7 @@ const MARGIN = 4; // px
 export class Strip {
   constructor(store) {
     this.store = store;
-    this.canvas = new Sheet($("strip"), () => this.draw());
+    this.canvas = new Canvas($("strip"), () => this.draw());
     this.canvas.name = "Both channels, the newest 20 s";
   }
 
