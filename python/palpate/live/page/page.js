@@ -147,9 +147,8 @@ function enable(type) {
     mark: file,
     pause: file,
     record: file,
-    discard: file || demo,
-    calibrate: file || demo,
-    openplan: demo,
+    discard: file,
+    calibrate: file,
     simulated: !simulation,
     progress: !state.progress,
   };

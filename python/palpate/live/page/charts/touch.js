@@ -1,7 +1,7 @@
 // One touch in the Lab: its estimate in per cent of its result, with its noise; below it the detector.
 
 import { number, signed } from "../formatting.js";
-import { truthOf } from "../instruction.js";
+import { truthOf } from "../reading.js";
 import { placed, placesOf, ticks, timeStep } from "./axes.js";
 import { unit } from "./canvas.js";
 import { cutMarks, detectorStrip, estimateCurve, percentAxis, percentages } from "./estimate.js";

@@ -2,7 +2,7 @@
 
 import { $, fill, make, put } from "../dom.js";
 import { endsOf, inUnit, modulusOf, plusMinus, settings } from "../formatting.js";
-import { running, subject } from "../instruction.js";
+import { running, subject } from "../reading.js";
 
 const MOST_SLOTS = 8; // the newest
 const FEWEST = 3; // specimens of known modulus, for a calibration
