@@ -3,6 +3,7 @@
 import logging
 import os
 import signal
+import socket
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
@@ -86,7 +87,7 @@ _DEMO = "sim:demo"
     default=8746,
     show_default=True,
     type=click.IntRange(0, 65535),
-    help="Port of the page; 0: any.",
+    help="Port of the page; 0: any. If the default port is in use, the next free one is taken.",
 )
 @click.option(
     "--host",
@@ -145,7 +146,7 @@ def live_command(
     from palpate.live.files import RunFiles
     from palpate.live.measurement import LiveMeasurement, RecordedMeasurement, opener
     from palpate.live.peers import door_for
-    from palpate.live.server import address_of, listen, serve
+    from palpate.live.server import address_of, serve
     from palpate.sources.options import is_file
 
     token = _token(host, no_token=no_token)
@@ -185,7 +186,7 @@ def live_command(
                 open_source, files, keywords, _print_line, lsl, demo=is_demo
             )
         bench = Workbench(measurement, source, calibrated, scatter, calibration, accept)
-        listening = close_unless_started.enter_context(listen(host, port))
+        listening = close_unless_started.enter_context(_listening_socket(host, port))
         measurement.start()
         close_unless_started.pop_all()
     debug = output_settings().debug
@@ -206,6 +207,21 @@ def live_command(
         own_user_only = token is not None and is_loopback(host)
         door = door_for(listening, _print_line, own_user_only=own_user_only)
         serve(page.app(host, used_port, token), listening, door)
+
+
+def _listening_socket(host: str, port: int) -> socket.socket:
+    """Return the listening socket; if nobody asked for a port, at the next free one."""
+    from palpate.live.server import listen, listen_near
+
+    port_origin = click.get_current_context().get_parameter_source("port")
+    if port_origin is not ParameterSource.DEFAULT:
+        return listen(host, port)
+    listening = listen_near(host, port)
+    used_port = listening.getsockname()[1]
+    if used_port != port:
+        reason = f"port {port} is in use, perhaps by another palpate live"
+        _print_line(f"{reason}: this page has port {used_port}")
+    return listening
 
 
 def _print_line(message: str) -> None:
