@@ -369,3 +369,16 @@ def test_errors(
 @pytest.mark.parametrize("text", ["gel=soft", "gel=-1", "a/b=1", "=1"])
 def test_an_object_that_is_none(text: str, tmp_path: Path) -> None:
     assert run("simulate", "-o", tmp_path / "x", "--object", text).exit_code == 2
+
+
+def test_touches_under_a_wrong_specimen_are_named(folder: Path, tmp_path: Path) -> None:
+    shutil.copytree(folder / "ten", tmp_path / "ten")
+    for suffix in ("csv", "json"):
+        soft, stiff = (tmp_path / "ten" / f"{name}.{suffix}" for name in ("30OO", "50A"))
+        soft.rename(tmp_path / "ten" / f"kept.{suffix}")
+        stiff.rename(soft)
+        (tmp_path / "ten" / f"kept.{suffix}").rename(stiff)
+    moduli = tmp_path / "ten" / "moduli.csv"
+    result = run("calibrate", *specimens(tmp_path), "--moduli", moduli, "-o", tmp_path / "p.toml")
+    assert result.exit_code in (4, 5)
+    assert "30 OO and 50 A seem to be exchanged\n" in result.stderr

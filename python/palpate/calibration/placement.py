@@ -18,10 +18,17 @@ _NAMED = 6  # touches that scatter, at most
 
 
 class NumberedRatio(NamedTuple):
-    """The ratio of a touch, and the number of the touch; below 1: of an earlier measurement."""
+    """The ratio of a touch, its number (below 1: of an earlier measurement), and how it is named."""
 
     number: int
     ratio: float
+    name: str = ""
+
+    def __str__(self) -> str:
+        """Return how the touch is named in a sentence."""
+        if self.name:
+            return self.name
+        return f"touch {self.number}" if self.number > 0 else "an earlier touch"
 
 
 @dataclass(frozen=True)
@@ -151,8 +158,7 @@ def _single_touches(specimens: Sequence[SpecimenRatios], scatter: float) -> Iter
                 continue
             nearest = min(others, key=lambda name: others[name])
             if others[nearest] < min(_NEAR * scatter, _NEARER * away):
-                touch = f"touch {one.number}" if one.number > 0 else "an earlier touch"
-                text = f"{touch}, on {specimen.name}, fits {nearest} better"
+                text = f"{one}, on {specimen.name}, fits {nearest} better"
                 yield Misplaced((one.number,), text)
 
 
