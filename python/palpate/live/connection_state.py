@@ -144,10 +144,6 @@ class ConnectionState(Listener):
             silent_s = 0.0
         newest = measurement.newest_recorder
         recorder = measurement.recorder
-        hand = None
-        if measurement.demo:
-            last_s = measurement.last_s
-            hand = (measurement.pressed(last_s), measurement.pressed(last_s, 1))
         return StatusInputs(
             state,
             seen=self._signal.seen,
@@ -176,7 +172,6 @@ class ConnectionState(Listener):
             next=self._next(state),
             finished=self._plan.finished(),
             slow_told=self._slow_s == -math.inf,
-            hand=hand,
         )
 
     def _silent_s(self, at_s: float) -> float:
@@ -185,6 +180,8 @@ class ConnectionState(Listener):
         if at_s - self._looked_s > SILENT_S and seen_s > self._awake_s:
             self._awake_s = at_s  # this process stood still, not the source; once, until there is a sample again
         self._looked_s = at_s
+        if self._measurement.hand and self._measurement.hand.is_waiting:
+            self._awake_s = at_s
         return at_s - max(self._awake_s, seen_s)
 
     def _next(self, state: str) -> NextTouch | None:

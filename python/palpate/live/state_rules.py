@@ -103,7 +103,6 @@ class StatusInputs:
     finished: tuple[str, str, str] | None = (
         None  # all specimens are done: title and text of the line, what was done
     )
-    hand: tuple[str, str] | None = None  # of the demo: what is pressed, what comes next
 
     @property
     def pressed(self) -> bool:
@@ -125,10 +124,8 @@ def view_of(inputs: StatusInputs) -> tuple[Instruction, StatusLine]:
     >>> now.word, now.tone, line.level, line.title
     ('Stop', 'fault', 'fault', 'Unplugged.')
     """
-    now, line = demo(inputs, inputs.hand) if inputs.hand else calm(inputs)
-    # the hand obeys no order
-    found = (view for view in urgent(inputs) if not inputs.hand or view[0].level == "fault")
-    line, do = next(found, (line, None))
+    now, line = calm(inputs)
+    line, do = next(urgent(inputs), (line, None))
     return do or now, line
 
 
@@ -425,25 +422,6 @@ def _complete(inputs: StatusInputs, following: str) -> tuple[Instruction, Status
         text = f"{kept} The next touch needs a new contact."
         return now, StatusLine("left in contact", "note", "Lift the probe.", text)
     return now, StatusLine("done", "quiet", "", kept, "Complete.")
-
-
-def demo(inputs: StatusInputs, hand: tuple[str, str]) -> tuple[Instruction, StatusLine]:
-    """Return what the simulated hand does, in words for someone without a probe."""
-    on, then = hand
-    text = "A simulated hand touches four specimens, round after round. With your board: `palpate doctor`"
-    line = StatusLine("demo", "note", "Simulation.", text)
-    if inputs.state == "done":
-        return Instruction("Lifting", f"the touch on {on} is complete", "good", 1.0), line
-    if inputs.pressed:
-        left = f": {inputs.seen.left_s:.1f} s more" if math.isfinite(inputs.seen.left_s) else ""
-        return Instruction(
-            "Holding", f"the hand presses on {on}{left}", "busy", inputs.seen.share
-        ), line
-    if inputs.state == "baseline" and not inputs.result:
-        return Instruction("Waiting", "the baseline is being measured"), line
-    return Instruction(
-        "Lifted", f"next, the hand touches {then}" if then else "the next round follows"
-    ), line
 
 
 def _kept(inputs: StatusInputs) -> str:

@@ -47,10 +47,13 @@ class SimulatedHand:
         self._wanted: Callable[[], WantedTouch | None] | None = None
 
     def wait_for(self, begin: Event, longest_s: float) -> None:
-        """Let the simulation begin at this event, or after this time, s."""
+        """Let the simulation begin at this event, or after this time, s.
+
+        A probe that is pressed on the page has no begin to wait for.
+        """
         self._begin = begin
         self._longest_wait_s = longest_s
-        self.is_waiting = not begin.is_set()
+        self.is_waiting = not begin.is_set() and not self.specimens
 
     def wait(self, stopped: Event) -> float:
         """Wait for the begin, or until this is stopped; return how long, s."""
