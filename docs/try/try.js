@@ -12,7 +12,11 @@ import { recordingOf } from "./recording.js";
 const MOST_BYTES = 3e8; // of a recording
 const DEMO = {
   now: { word: "Demo", sub: "simulated touches: nothing is measured", tone: "idle", share: null },
-  line: { level: "note", title: "This is a simulation.", text: "A hard and a soft bump press on rubber: their ratio tells how elastic it is. Drop a recording of yours." },
+  line: {
+    level: "note",
+    title: "This is a simulation.",
+    text: "A hard and a soft bump press on rubber: their ratio tells how elastic it is. Drop a recording of yours.",
+  },
 };
 const KEYS = [["O", "Open a recording", "open"]];
 
@@ -24,7 +28,11 @@ const compiled = unpacked(packed).then((bytes) => WebAssembly.compile(bytes));
 let measurements = 0;
 
 async function unpacked(bytes) {
-  return new Uint8Array(await new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"))).arrayBuffer());
+  return new Uint8Array(
+    await new Response(
+      new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip")),
+    ).arrayBuffer(),
+  );
 }
 
 // Shows a recording.
@@ -40,12 +48,26 @@ function show(got) {
 
 // Opens dropped files; reports a file that cannot be read, and keeps what was shown.
 async function open(files) {
-  if (!files.length) return said("Nothing to open", "What was dropped is no file. Drop run.csv of palpate with its run.json.");
-  const names = files.map(({ name }) => name).join(", "), size = files.reduce((sum, file) => sum + file.size, 0);
-  if (size > MOST_BYTES) return said("Too large for this page", `${(size / 1e6).toFixed(0)} MB, at most ${MOST_BYTES / 1e6} MB are read here. palpate live FILE reads it.`);
+  if (!files.length)
+    return said(
+      "Nothing to open",
+      "What was dropped is no file. Drop run.csv of palpate with its run.json.",
+    );
+  const names = files.map(({ name }) => name).join(", ");
+  const size = files.reduce((sum, file) => sum + file.size, 0);
+  if (size > MOST_BYTES)
+    return said(
+      "Too large for this page",
+      `${(size / 1e6).toFixed(0)} MB, at most ${MOST_BYTES / 1e6} MB are read here. palpate live FILE reads it.`,
+    );
   line.answer(`Reading ${names} …`);
   try {
-    const read = await Promise.all(files.map(async (file) => ({ name: file.name, bytes: new Uint8Array(await file.arrayBuffer()) })));
+    const read = await Promise.all(
+      files.map(async (file) => ({
+        name: file.name,
+        bytes: new Uint8Array(await file.arrayBuffer()),
+      })),
+    );
     show(recordingOf(await Core.of(await compiled), read));
   } catch (error) {
     failed(`${names}: not opened`, error);
@@ -55,7 +77,10 @@ async function open(files) {
 
 async function demo() {
   const [rows, sidecar] = await Promise.all([demoRows, demoSidecar].map(unpacked));
-  const got = recordingOf(await Core.of(await compiled), [{ name: "demo.csv", bytes: rows }, { name: "demo.json", bytes: sidecar }]);
+  const got = recordingOf(await Core.of(await compiled), [
+    { name: "demo.csv", bytes: rows },
+    { name: "demo.json", bytes: sidecar },
+  ]);
   if (measurements) return; // the visitor was faster
   show(Object.assign(got, { name: "simulated touches" }));
   shell.receive("state", { ...known.state, ...DEMO });
@@ -64,7 +89,12 @@ async function demo() {
 // A refusal is for the visitor; what else the browser throws is a fault of this page, or of it.
 function failed(title, error) {
   const meant = error instanceof Refused;
-  said(title, meant ? error.message : `This page or the browser failed: ${error.name}, ${error.message}. palpate live does without it.`);
+  said(
+    title,
+    meant
+      ? error.message
+      : `This page or the browser failed: ${error.name}, ${error.message}. palpate live does without it.`,
+  );
   if (!meant) console.error(error);
 }
 

@@ -190,7 +190,7 @@ def test_another_server_of_this_machine_gets_no_token(
 ) -> None:
     """A cookie knows no port; the page therefore has none, and says nobody where it was."""
     live = serve()
-    page.driver.get(live.address)
+    page.driver.get(live.lab)
     page.until(lambda: page["simulated"].is_displayed())
     heard = []
     with socket.create_server((HOST, 0)) as other:

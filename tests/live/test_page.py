@@ -29,7 +29,7 @@ def test_a_session(page: Browser, serve: Serve, tmp_path: Path) -> None:
     """Measured, marked, recorded twice, tared, downloaded; no request leaves the machine."""
     # no pair of it comes late
     live = serve("--record", str(tmp_path / "run.csv"), source=f"{OWN_FILE}?speed=1")
-    page.driver.get(live.address)
+    page.driver.get(live.lab)
     page.until(lambda: page.text("word") == "Hold" and "±" in page.text("pm"))
     truths = [touch.ratio for touch in palpate.touches(OWN_FILE)]
     # the first pairs have a large error; a slow browser may see a later touch
@@ -46,7 +46,7 @@ def test_a_session(page: Browser, serve: Serve, tmp_path: Path) -> None:
     page.until(lambda: "Recording to " in page.text("answer"))
     page.until(lambda: _tared(page))
     (page.downloads / "run.csv").unlink(missing_ok=True)
-    page["openfiles"].click()
+    page.click("openfiles")
     page["downloads"].find_element("link text", "run.csv").click()
     page.downloaded("run.csv")
     assert live.end() == 130
@@ -69,7 +69,7 @@ def test_a_session_of_ten_specimens(page: Browser, serve: Serve, tmp_path: Path)
     ten = tmp_path / "ten.csv"
     assert run("record", "sim:ten-specimens?seed=3", "-o", ten, "--touches", "40").exit_code == 0
     live = serve("--folder", str(tmp_path), source=f"{ten}?speed=60")
-    page.driver.get(live.address)
+    page.driver.get(live.lab)
     page.until(lambda: page.text("word") == "Stop" and page["again"].is_displayed())
     page.press("p")
     lines = [f"{name}; {modulus}".replace(".", ",") for name, modulus in SORBOTHANE_MPA.items()]
@@ -116,7 +116,7 @@ def test_a_server_that_is_killed_and_comes_back(
 ) -> None:
     """With the same address the page goes on; with another token it says that its address is no longer valid."""
     live = serve("--no-token", "--record", str(tmp_path / "run.csv"))
-    page.driver.get(live.address)
+    page.driver.get(live.lab)
     page.until(lambda: is_up(page) and "Recording 00:0" in page.text("record"))
     live.end(signal.SIGKILL)
     page.until(lambda: page.text("word") == "Offline")
@@ -135,7 +135,7 @@ def test_a_server_that_is_killed_and_comes_back(
     page.until(lambda: page.text("says").startswith("✕ Address no longer valid."))
     page.driver.get(locked.origin)
     assert "token: missing or wrong" in page.all("body")[0].text
-    page.driver.get(locked.address)
+    page.driver.get(locked.lab)
     page.until(lambda: is_up(page))
     locked.end()
 

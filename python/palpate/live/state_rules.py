@@ -394,7 +394,7 @@ def calm(inputs: StatusInputs) -> tuple[Instruction, StatusLine]:
             title, text, sub = inputs.finished
             return Instruction("Done", sub, "good"), StatusLine("finished", "note", title, text)
         noise = max(one.noise_pF for one in seen.channels)
-        told = f"Noise {1e3 * noise:.2g} fF." if math.isfinite(noise) else ""
+        told = f"Noise {number_format.error(1e3 * noise)} fF." if math.isfinite(noise) else ""
         doubt = (
             ", if nothing was touched at Tare anyway; else lift the probe, and press Tare"
             if inputs.forced
