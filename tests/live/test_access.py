@@ -139,6 +139,17 @@ def test_the_path_has_the_token(path: str, wanted: int) -> None:
         assert headers[b"location"] == f"/{TOKEN}/".encode()
 
 
+def test_a_wrong_token_shows_a_page_that_says_what_to_type(page: Browser) -> None:
+    with Live() as live:
+        page.driver.get(f"{live.origin}{live.token[:-1]}/")
+        text = page.run("return document.body.innerText")
+        assert "This address is not valid." in text
+        assert "palpate live prints a new address" in text
+        ground = "return getComputedStyle(document.querySelector('main')).backgroundColor"
+        assert page.run(ground) == "rgb(255, 255, 255)"  # its own style is let through
+        assert not [one for one in page.complaints() if "403" not in one]
+
+
 def test_only_files_of_the_page_are_served() -> None:
     bench: Any = SimpleNamespace(
         measurement=SimpleNamespace(
