@@ -70,7 +70,7 @@ def test_a_session_of_ten_specimens(page: Browser, serve: Serve, tmp_path: Path)
     assert run("record", "sim:ten-specimens?seed=3", "-o", ten, "--touches", "40").exit_code == 0
     live = serve("--folder", str(tmp_path), source=f"{ten}?speed=60")
     page.driver.get(live.address)
-    page.until(lambda: page.text("verb") == "Stop" and page["againhere"].is_displayed())
+    page.until(lambda: page.text("verb") == "Ended" and page["againhere"].is_displayed())
     page.press("p")
     lines = [f"{name}; {modulus}".replace(".", ",") for name, modulus in SORBOTHANE_MPA.items()]
     page["list"].send_keys("\n".join(lines))
