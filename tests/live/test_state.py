@@ -102,7 +102,7 @@ CASES: list[tuple[StatusInputs, str, str, str, str]] = [
     (facts("done", result=GOOD, next=NEXT), "done", "Lift", "quiet", "Touch 20 is kept."),
     (facts("contact", seen=SignalSeen(share=0.6, left_s=2.5), next=NEXT), "contact", "Hold", "quiet", "30 OO, touch 3 of 4."),
     (facts("baseline"), "first baseline", "Wait", "quiet", "The baseline is being measured."),
-    (facts("baseline", result=GOOD), "after", "Wait", "quiet", "revised"),
+    (facts("baseline", result=GOOD), "after", "Wait", "quiet", "is final"),
     (facts(seen=seen({"noise_pF": 2e-5}, {"noise_pF": 3e-5})), "ready", "Touch", "quiet", "Ready."),
     (facts(forced=True), "ready", "Touch", "quiet", "Ready, if nothing was touched at Tare anyway; else lift the probe"),
     (facts("ended"), "ended", "Ended", "note", "no more samples"),
