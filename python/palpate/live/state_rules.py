@@ -177,7 +177,7 @@ def _device_faults(inputs: StatusInputs) -> Iterator[View]:
     wiring = inputs.troubles.get("wiring", "")
     if wiring:
         line = StatusLine("wiring", "fault", "Look at the wires.", _sentence(wiring))
-        yield line, Instruction("Stop", "a wire is off", "fault")
+        yield line, Instruction("Stop", "connect the wire again", "fault")
     if inputs.is_silent:
         text = "The source sends nothing. Look at its plug, its cable and its supply."
         line = StatusLine("silent", "fault", "No data.", text)
