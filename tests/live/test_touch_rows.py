@@ -103,7 +103,7 @@ def test_thousands_of_touches_in_the_page(
     idle.tell(more.pop("type"), **more)
     page.until(lambda: page.run("return palpate.known.touches.rows.length") == MANY + 1)
     assert page.run(SIGHT)[1] == str(MANY - 10)  # the focus stays
-    assert page.run("return palpate.charts.tale.all.length") == MANY + 1
+    assert page.run("return palpate.charts.annotations.all.length") == MANY + 1
     table = page.downloads / "touches.csv"
     table.unlink(missing_ok=True)
     page.click("csv")

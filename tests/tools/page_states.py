@@ -126,8 +126,11 @@ def opened(
     page.driver.get(f"{server.address}#{depth}")
     word = server.state.told["state"]["now"]["word"]
     shown = str(len(server.state.told["touches"]["rows"])) if word == "File" else word
-    place = "verb" if depth == "measure" else "word"
-    page.until(lambda: page.text(place) == shown)
+    if depth == "explain":
+        page.until(lambda: page.text("storytitle") and page.run("return palpate.known.state.now"))
+    else:
+        place = "verb" if depth == "measure" else "word"
+        page.until(lambda: page.text(place) == shown)
     page.theme(theme)
     if name == "review":
         page.press(" ")

@@ -143,10 +143,6 @@ class ConnectionState(Listener):
         silent_s = self._silent_s(at_s)
         if not source.live or state == "ended":
             silent_s = 0.0
-        hand = None
-        if measurement.demo:
-            last_s = measurement.last_s
-            hand = (measurement.pressed(last_s), measurement.pressed(last_s, 1))
         found = StatusInputs(
             state,
             seen=self._signal.seen,
@@ -169,7 +165,6 @@ class ConnectionState(Listener):
             next=self._next(state),
             finished=self._plan.finished(),
             slow_is_known=self._slow_s == -math.inf,
-            hand=hand,
         )
         if self._watch:
             found = replace(found, uncalibrated=self._watch.refused)
@@ -197,6 +192,8 @@ class ConnectionState(Listener):
         if at_s - self._looked_s > SILENT_S and seen_s > self._awake_s:
             self._awake_s = at_s  # this process stood still, not the source; once, until there is a sample again
         self._looked_s = at_s
+        if self._measurement.hand and self._measurement.hand.is_waiting:
+            self._awake_s = at_s
         return at_s - max(self._awake_s, seen_s)
 
     def _next(self, state: str) -> NextTouch | None:
@@ -270,7 +267,8 @@ class ConnectionState(Listener):
             seconds = self._measurement.tracker.settings.get("seconds")
             of = ""
             if seconds and self._period_s > 0:
-                of = f" of {seconds / self._period_s:.0f}"
+                wanted = round(seconds / self._period_s)
+                of = f" of {max(wanted, touch.samples)}"
             late = f"late: {touch.samples}{of} pairs"
         return LastTouch(
             number,

@@ -6,6 +6,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate import number_format
 from palpate.live.feed import RowFlag, Rows
 from palpate.live.signal_state import CHANNELS
 
@@ -31,7 +32,7 @@ def noise_of(rows: Rows) -> str:
     for name in CHANNELS:
         level = _detrended(segments[name] * _PER_PF)
         rms = math.sqrt(float(np.mean(level**2)) * level.shape[1] / (level.shape[1] - 2))
-        texts.append(f"{name} {rms:.2g} aF rms{_known_peak(level, rate)}")
+        texts.append(f"{name} {number_format.error(rms)} aF rms{_known_peak(level, rate)}")
     return f"Noise without contact, {segments.size / rate:.0f} s: {', '.join(texts)}."
 
 

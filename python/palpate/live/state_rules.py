@@ -103,7 +103,6 @@ class StatusInputs:
     next: NextTouch | None = None
     # all specimens are done: title and text of the line, what was done
     finished: tuple[str, str, str] | None = None
-    hand: tuple[str, str] | None = None  # of the demo: what is pressed, what comes next
 
     @property
     def pressed(self) -> bool:
@@ -135,14 +134,9 @@ def view_of(inputs: StatusInputs) -> tuple[Instruction, StatusLine]:
     >>> now.word, now.tone, line.level, line.title
     ('Stop', 'fault', 'fault', 'Unplugged.')
     """
-    if inputs.hand:
-        instruction, line = demo(inputs, inputs.hand)
-    else:
-        instruction, line = calm(inputs)
+    instruction, line = calm(inputs)
     for urgent_line, urgent_instruction in urgent(inputs):
-        # the simulated hand obeys no order
-        if not inputs.hand or urgent_line.level == "fault":
-            return urgent_instruction or instruction, urgent_line
+        return urgent_instruction or instruction, urgent_line
     return instruction, line
 
 
@@ -186,7 +180,7 @@ def _device_faults(inputs: StatusInputs) -> Iterator[View]:
     wiring = inputs.troubles.get("wiring", "")
     if wiring:
         line = StatusLine("wiring", "fault", "Look at the wires.", _sentence(wiring))
-        yield line, Instruction("Stop", "a wire is off", "fault")
+        yield line, Instruction("Stop", "connect the wire again", "fault")
     if inputs.is_silent:
         text = "The source sends nothing. Look at its plug, its cable and its supply."
         line = StatusLine("silent", "fault", "No data.", text)
@@ -197,14 +191,14 @@ def _device_faults(inputs: StatusInputs) -> Iterator[View]:
 def _ends(inputs: StatusInputs, missing: str) -> Iterator[View]:
     """Yield that the measurement has ended; `missing`: how many pairs the recording lacks."""
     again = "Measure again begins a new measurement."
-    ended = "the measurement has ended"
+    remedy = "press Measure again"
     if inputs.error:
         text = f"{_sentence(inputs.error)}{missing} {again}"
         line = StatusLine("ended", "fault", "The measurement ended with an error.", text)
-        yield line, Instruction("Stop", ended, "fault")
+        yield line, Instruction("Stop", remedy, "fault")
     elif inputs.state == "ended" and not inputs.finished:
         line = StatusLine("ended", "note", "Ended.", f"The source has no more samples. {again}")
-        yield line, Instruction("Stop", ended)
+        yield line, Instruction("Ended", remedy)
 
 
 def _recording_faults(inputs: StatusInputs, missing: str) -> Iterator[View]:
@@ -446,7 +440,8 @@ def _complete(inputs: StatusInputs) -> tuple[Instruction, StatusLine]:
         sub = f"kept; then {_next(inputs)}"
     if inputs.result and inputs.result.late:
         sub = f"touch {inputs.result.number} counts · {inputs.result.late}"
-    instruction = Instruction("Lift", sub, "good", 1.0)
+    reason = "the touch is kept" if _kept(inputs) else "complete"
+    instruction = Instruction("Lift", sub, "good", 1.0, reason)
     if inputs.seen.done_s > LONG_S:
         text = f"{kept} The next touch needs a new contact."
         return instruction, StatusLine("left in contact", "note", "Lift the probe.", text)
@@ -469,7 +464,7 @@ def _holding(inputs: StatusInputs) -> tuple[Instruction, StatusLine]:
 
 def _measuring_baseline(inputs: StatusInputs) -> tuple[Instruction, StatusLine]:
     if inputs.result and not inputs.result.revised:
-        text = f"{_kept(inputs)} Its result is revised when the baseline after it is known."
+        text = f"{_kept(inputs)} Its result is final when the baseline after it is known."
         line = StatusLine("after", "quiet", "", text.strip())
         return Instruction("Wait", "a second without touching"), line
     line = StatusLine("first baseline", "quiet", "", "The baseline is being measured.")
@@ -481,32 +476,12 @@ def _ready(inputs: StatusInputs) -> tuple[Instruction, StatusLine]:
     if inputs.forced:
         ready = "Ready, if nothing was touched at Tare anyway; else lift the probe, and press Tare."
     parts = [ready, _kept(inputs)]
-    noise_pF = max(one.noise_pF for one in inputs.seen.channels)
-    if math.isfinite(noise_pF):
-        parts.append(f"Noise {1e3 * noise_pF:.2g} fF.")
     text = " ".join(part for part in parts if part)
     sub = "press, and hold"
     if inputs.next:
         sub = f"{_next(inputs)}: press, and hold"
-    return Instruction("Touch", sub), StatusLine("ready", "quiet", "", text, ready)
-
-
-def demo(inputs: StatusInputs, hand: tuple[str, str]) -> tuple[Instruction, StatusLine]:
-    """Return what the simulated hand does, in words for someone without a probe."""
-    on, then = hand
-    text = "A simulated hand touches four specimens, round after round. With your board: `palpate doctor`"
-    line = StatusLine("demo", "note", "Simulation.", text)
-    if inputs.state == "done":
-        return Instruction("Lifting", f"the touch on {on} is complete", "good", 1.0), line
-    if inputs.pressed:
-        sub = f"the hand presses on {on}"
-        if math.isfinite(inputs.seen.left_s):
-            sub += f": {inputs.seen.left_s:.1f} s more"
-        return Instruction("Holding", sub, "busy", inputs.seen.share), line
-    if inputs.state == "baseline" and not inputs.result:
-        return Instruction("Waiting", "the baseline is being measured"), line
-    sub = f"next, the hand touches {then}" if then else "the next round follows"
-    return Instruction("Lifted", sub), line
+    instruction = Instruction("Touch", sub, reason="press and hold")
+    return instruction, StatusLine("ready", "quiet", "", text, ready)
 
 
 def _kept(inputs: StatusInputs) -> str:

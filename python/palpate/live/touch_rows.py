@@ -17,6 +17,7 @@ from palpate.live.measurement import PRESSED, Measurement
 from palpate.live.plan import TouchKept, TouchPlan
 from palpate.live.protocol import (
     HelloMessage,
+    PressedSpecimen,
     RatioState,
     ShownAgreement,
     ShownModulus,
@@ -279,7 +280,7 @@ class TouchTable:
             if row.kept:
                 kept.append((row.specimen, touch))
         found = session_scatter(kept, self._plan.progress.ratio_of)
-        if found.source == "assumed" or self._measurement.demo:  # as its text says
+        if found.source == "assumed":
             return Scatter(self._scatter)
         return found
 
@@ -351,7 +352,11 @@ def _simulation(measurement: Measurement, device: Json) -> SimulationFacts | Non
     if not sidecar.is_simulated(device):
         return None
     truths = [SimulatedPress(one.start_s, one.ratio, one.name) for one in measurement.truths]
-    return SimulationFacts(measurement.demo, truths)
+    specimens = []
+    if measurement.hand:
+        for name, modulus in measurement.hand.specimens.items():
+            specimens.append(PressedSpecimen(name, modulus))
+    return SimulationFacts(specimens, truths)
 
 
 def _device_name(device: Json) -> str:

@@ -10,6 +10,12 @@ export interface ReviewedFile {
   amendable: boolean;
 }
 
+/** A specimen on which the page can press, and its true modulus, MPa. */
+export interface PressedSpecimen {
+  name: string;
+  modulus: number;
+}
+
 /** What a simulated hand presses on. */
 export interface SimulatedPress {
   start_s: number;
@@ -17,9 +23,9 @@ export interface SimulatedPress {
   name: string;
 }
 
-/** What is known of a simulation; `demo`: it is explained, and begins again. */
+/** What is known of a simulation; `specimens`: the page presses on them, empty: the hand presses by itself. */
 export interface SimulationFacts {
-  demo: boolean;
+  specimens: PressedSpecimen[];
   truths: SimulatedPress[];
 }
 
@@ -82,12 +88,13 @@ export interface RunFile {
   kind: string;
 }
 
-/** What to do now: Touch, Hold, Lift, Repeat, Stop, Tare or Wait; File: nothing is measured. */
+/** What to do now: Touch, Hold, Lift, Repeat, Stop, Tare, Wait or Ended; File: nothing is measured. */
 export interface Instruction {
   word: string;
   sub: string;
   tone?: string;
   share?: number | null;
+  reason?: string;
 }
 
 /** The status line. */
@@ -347,6 +354,10 @@ export interface CalibrationMessage {
   touches?: number;
   points?: CalibrationPoint[];
   verdict?: string;
+  grade?: string;
+  look?: number[];
+  doubts?: string[];
+  details?: string;
   sound?: boolean;
   parameters?: ShownParameter[];
   curve?: CalibrationCurve | null;
@@ -479,6 +490,17 @@ export interface MarkTextCommand {
   do: "mark text";
   id: number;
   text: string;
+}
+
+/** Press the probe of the demo on a specimen, until it is released. */
+export interface PressCommand {
+  do: "press";
+  specimen: string;
+}
+
+/** Lift the probe of the demo. */
+export interface ReleaseCommand {
+  do: "release";
 }
 
 /** Do not show again that the computer is slow. */
@@ -641,6 +663,8 @@ export type Command =
   | AgainCommand
   | MarkCommand
   | MarkTextCommand
+  | PressCommand
+  | ReleaseCommand
   | UnderstoodCommand
   | CentreCommand
   | DeviceCommand
