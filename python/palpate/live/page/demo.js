@@ -34,7 +34,7 @@ export class Demo {
   block({ name }, place) {
     const button = make("button", { type: "button", id: `block-${name}` });
     button.style.setProperty("--give", `${14 - 3 * place}px`);
-    button.append(make("b", { textContent: name }), make("span"));
+    button.append(make("b", { textContent: name }), make("span"), make("span"));
     button.onpointerdown = (event) => this.hold(event, name);
     button.oncontextmenu = (event) => event.preventDefault();
     button.onkeydown = (event) => {
@@ -59,8 +59,16 @@ export class Demo {
   press(name) {
     if (this.pressed === name) return;
     this.pressed = name;
+    this.goOn();
     this.send({ do: "press", specimen: name });
     this.showPressed();
+  }
+
+  // A press after the end of the calibration is the first one that it measures.
+  goOn() {
+    const { calibration, session } = this.known;
+    if (calibration.on && calibration.saved) this.send({ do: "calibrating", on: false });
+    if (session.done) this.send({ do: "specimen", name: "" });
   }
 
   release() {
@@ -81,7 +89,11 @@ export class Demo {
     const button = $(`block-${name}`);
     const wanted = calibration.on && session.next?.name === name;
     button.classList.toggle("wanted", Boolean(wanted));
-    put(button.lastElementChild, blockWords(this.known, name, modulus));
+    const [, measured, truth] = button.children;
+    const touch = this.known.touches.rows.findLast((row) => row.specimen === name);
+    put(measured, touch ? measuredWords(this.known, touch) : "untouched");
+    const words = touch ? `true ${inUnit(modulus)}` : "";
+    fill(truth, [words, settings.unit], () => (words ? [words, make("i", { textContent: ` ${settings.unit}` })] : []));
   }
 }
 
@@ -95,15 +107,12 @@ function instruction({ session, calibration, hello, state }) {
   return "Your mouse is the hand: press and hold one of these, with the mouse, a finger or the space bar.";
 }
 
-// The newest touch on a specimen, and its true modulus, which the estimate does not know.
-function blockWords({ touches, hello, calibration }, name, modulus) {
-  const touch = touches.rows.findLast((row) => row.specimen === name);
-  if (!touch) return "press and hold";
-  const truth = `true ${inUnit(modulus)} ${settings.unit}`;
+// What a touch has measured: the modulus with a calibration, else the ratio.
+function measuredWords({ hello, calibration }, touch) {
   if (hello.calibrated && !calibration.on) {
     const { value, unit, interval } = modulusOf(touch.modulus);
-    return `${unit ? `${value} ${unit}` : interval}; ${truth}`;
+    return unit ? `${value} ${unit}` : interval;
   }
   const [ratio] = plusMinus(touch.ratio, touch.uncertainty);
-  return `ratio ${ratio}; ${truth}`;
+  return `ratio ${ratio}`;
 }
