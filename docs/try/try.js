@@ -2,9 +2,13 @@
 
 import { Core, Refused } from "./core.js";
 import packed from "./palpate.wasm.gz";
-import demoRows from "./demo.csv.gz";
+import demoRows from "./demo.rows.gz";
 import demoSidecar from "./demo.json.gz";
+import { GIVEN } from "./given.js";
+import { Depths } from "./page/depths.js";
 import { $, make, put } from "./page/dom.js";
+import { Instrument } from "./page/measure/instrument.js";
+import { Scale } from "./page/measure/scale.js";
 import { Shell } from "./page/shell.js";
 import { Store } from "./page/store.js";
 import { recordingOf } from "./recording.js";
@@ -22,8 +26,14 @@ const KEYS = [["O", "Open a recording", "open"]];
 
 for (const id of ["noise", "going", "step"]) $(id).remove(); // what needs the server of palpate live
 const store = new Store(Infinity); // all rows
-const shell = new Shell(store, { more: KEYS, memory: {} }); // it stores nothing
+const actions = { depth: (name) => depths.show(name) };
+const shell = new Shell(store, { actions, more: KEYS, memory: {} }); // it stores nothing
 const { known, line, charts } = shell;
+shell.parts.push(new Instrument(), new Scale(), { update: showPage });
+const depths = new Depths(() => {
+  shell.update("depth");
+  charts.show();
+}, "measure");
 const compiled = unpacked(packed).then((bytes) => WebAssembly.compile(bytes));
 let measurements = 0;
 
@@ -42,8 +52,18 @@ function show(got) {
   for (const block of got.parts.splice(0)) store.add(block);
   charts.frame();
   for (const kind of ["session", "events", "touches", "state"]) shell.receive(kind, got[kind]);
+  depths.update("hello", known);
   $("found").hidden = !got.messages.length;
   $("messages").replaceChildren(...got.messages.map((textContent) => make("li", { textContent })));
+}
+
+// Which touch is shown in Measure, and the way to its neighbours.
+function showPage() {
+  const { touch } = charts;
+  const { length } = known.touches.rows;
+  put("page", touch ? `Touch ${touch.number} of ${length}` : "No touch");
+  $("former").disabled = !charts.neighbour(-1);
+  $("latter").disabled = !charts.neighbour(1);
 }
 
 // Opens dropped files; reports a file that cannot be read, and keeps what was shown.
@@ -75,10 +95,24 @@ async function open(files) {
   line.answer("");
 }
 
+// The demo as it was recorded: its columns in pF follow from its codes.
+function recordedDemo(rows) {
+  const { zero, per_pF } = GIVEN.codes;
+  const lines = new TextDecoder()
+    .decode(rows)
+    .split("\n")
+    .map((line) => {
+      const [seq, hard_s, soft_s, hard, soft, ...rest] = line.split(",");
+      const changes = [hard, soft].map((code) => (code - zero) / per_pF);
+      return [seq, hard_s, soft_s, hard, soft, ...changes, ...rest].join(",");
+    });
+  return new TextEncoder().encode([GIVEN.headers[0], ...lines, ""].join("\n"));
+}
+
 async function demo() {
   const [rows, sidecar] = await Promise.all([demoRows, demoSidecar].map(unpacked));
   const got = recordingOf(await Core.of(await compiled), [
-    { name: "demo.csv", bytes: rows },
+    { name: "demo.csv", bytes: recordedDemo(rows) },
     { name: "demo.json", bytes: sidecar },
   ]);
   if (measurements) return; // the visitor was faster
@@ -105,6 +139,8 @@ function said(title, text) {
   if (!$("said").open) $("said").showModal();
 }
 
+$("former").onclick = () => charts.step(-1);
+$("latter").onclick = () => charts.step(1);
 $("open").onclick = () => $("files").click();
 $("files").onchange = () => {
   open([...$("files").files]);

@@ -219,11 +219,12 @@ def test_the_touch_chart_shows_the_running_or_the_chosen_touch_and_charts_have_n
 ) -> None:
     now = drawn(page)["touch"]
     assert (now["number"], now["scale"] in (0.2, 0.5, 1, 2, 5, 10)) == (20, True)
-    assert page.text("touchtitle") == "Touch 20 · 30 OO · ratio, % from now"
+    assert page.text("touchtitle") == "Touch 20 · 30 OO · running"
     page.run("palpate.charts.choose(12)")
     page.until(lambda: drawn(page)["touch"]["number"] == 12)
-    assert page.text("touchtitle") == "Touch 12 · 30 A · ratio, % from its result"
-    assert [label["text"] for label in drawn(page)["touch"]["labels"]] == ["▲ offset"]
+    assert page.text("touchtitle") == "Touch 12 · 30 A"
+    [pin] = page.all("#touchplot .pin")
+    assert pin.get_attribute("title").startswith("offset: the soft bump is reached")
     # the whole uncertainty, as beside the ratio everywhere; the noise alone is the band
     touch = live.state.told["touches"]["rows"][11]
     percent = number_format.error(100 * touch["uncertainty"] / touch["ratio"])

@@ -201,7 +201,7 @@ def test_a_remedy_has_its_button(page: Browser, shown: Shown) -> None:
     page["remedydo"].click()
     page.until(lambda: server.asked("tare"))
     say(server, "state", **told | {"state": "ended"})
-    page.until(lambda: page.all("#objecthead button")[0].is_displayed())
+    page.until(lambda: page["againhere"].is_displayed())
     page.press("n")
     page.until(lambda: server.asked("again"))
 

@@ -12,7 +12,7 @@ const drawn = ({ labels, points, canvas: { width, height } }, more) => ({ labels
 return {
   from: shown.from, to: shown.to, back: palpate.known.looking, end: rows.extent.end, cursors: cursors.values,
   overview: drawn(overview), detail: drawn(detail, { left: detail.left, right: detail.right }),
-  touch: { number: touch?.touch.number, scale: touch?.scale, labels: touch?.labels },
+  touch: { number: touch?.touch.number, scale: touch?.scale },
 };
 """
 FIRE = """

@@ -74,7 +74,7 @@ class ConnectionState(Listener):
     def look(self) -> bool:
         """Look at the measurement; return whether word, line or announcement are other ones than before."""
         inputs = self._inputs()
-        if slow(inputs) and not inputs.slow_told:
+        if slow(inputs) and not inputs.slow_is_known:
             self._slow_s = self._clock()
         elif self._clock() - self._slow_s > HOLD_S:  # once
             self.understood()
@@ -171,7 +171,7 @@ class ConnectionState(Listener):
             result=self._result(),
             next=self._next(state),
             finished=self._plan.finished(),
-            slow_told=self._slow_s == -math.inf,
+            slow_is_known=self._slow_s == -math.inf,
         )
 
     def _silent_s(self, at_s: float) -> float:
@@ -255,7 +255,8 @@ class ConnectionState(Listener):
             seconds = self._measurement.tracker.settings.get("seconds")
             of = ""
             if seconds and self._period_s > 0:
-                of = f" of {seconds / self._period_s:.0f}"
+                wanted = round(seconds / self._period_s)
+                of = f" of {max(wanted, touch.samples)}"
             late = f"late: {touch.samples}{of} pairs"
         return LastTouch(
             number,

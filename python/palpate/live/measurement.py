@@ -21,7 +21,7 @@ from palpate.errors import PalpateError, RecordingError
 from palpate.files import Json
 from palpate.live.feed import ends_of, rows_of
 from palpate.live.files import RunFiles
-from palpate.live.levels import Levels
+from palpate.live.levels import MultiresolutionRows
 from palpate.live.protocol import (
     FilesState,
     RefusedCommand,
@@ -155,7 +155,7 @@ class Measurement(Listener):
         self.ends: dict[int, float] = {}
         self.marks: deque[Mark] = deque(maxlen=MOST)
         self.tares: deque[float] = deque(maxlen=MOST)
-        self.levels: Levels = Levels(whole=self._whole)
+        self.levels: MultiresolutionRows = MultiresolutionRows(whole=self._whole)
         self.tracker_state: TrackerState = TrackerState()
         self.newest_recorder: Recorder | None = None
 

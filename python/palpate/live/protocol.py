@@ -130,12 +130,13 @@ class ShownCounters(Struct, frozen=True):
 
 
 class Instruction(Struct, frozen=True):
-    """What to do now: Touch, Hold, Lift, Repeat, Stop, Tare or Wait; File: nothing is measured."""
+    """What to do now: Touch, Hold, Lift, Repeat, Stop, Tare, Wait or Ended; File: nothing is measured."""
 
     word: str
     sub: str
     tone: str = "idle"  # idle, busy, good, caution or fault
     share: float | None = None  # part of the touch that is measured
+    reason: str = ""  # in few words, for large letters; "": sub has them
 
 
 class ShownLine(Struct, frozen=True):
@@ -484,7 +485,7 @@ class DeviceMessage(Message, tag="device"):
     can_centre: bool
 
 
-class ReadLine(Struct, frozen=True, omit_defaults=True):
+class ReadLine(Struct, frozen=True):
     """How a line of a list is read: its modulus, MPa, with its relative uncertainty, or what is wrong."""
 
     modulus: float | UnsetType | None = UNSET

@@ -1,6 +1,7 @@
 // Explain: one touch as a story. Beside its chart: what was noticed, by numbered pins, and its numbers in the words of the docs.
 
 import { samplesIn } from "./charts/annotations.js";
+import { titleOf } from "./charts/story.js";
 import { $, fill, make, put } from "./dom.js";
 import { modulusOf, number, plusMinus, scatterWords } from "./formatting.js";
 import { MEASURED, indexOf } from "./store.js";
@@ -61,10 +62,6 @@ export class Explain {
       one.ariaCurrent = String(one.dataset.pin === element.dataset.pin);
     }
   }
-}
-
-function titleOf({ number: n, specimen, running }) {
-  return [`Touch ${n}`, specimen, running ? "running" : ""].filter(Boolean).join(" · ");
 }
 
 // The result as it is everywhere: with its whole uncertainty, or the modulus with its interval.

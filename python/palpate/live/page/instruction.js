@@ -33,14 +33,17 @@ export class Instruction {
     put("mainname", texts.of);
     put("number", texts.value);
     put("unit", texts.unit);
-    put("range", one ? `${texts.between}${ratioWords(one, known.hello)}` : texts.between);
+    const words = [texts.between];
+    if (one) words.push(...ratioWords(one, known.hello));
+    if (texts.shore) words.push(`Shore ${texts.shore}`);
+    put("range", words.join(" · "));
   }
 }
 
 function ratioWords(one, hello) {
-  if (isUnsure(one, hello) || !(one.uncertainty > 0)) return "";
+  if (isUnsure(one, hello) || !(one.uncertainty > 0)) return [];
   const [ratio, error] = plusMinus(one.ratio, one.uncertainty);
-  return `, 95 % · ratio ${ratio} ${error} (k = 1, ${one.uncertainty_from})`;
+  return [`ratio ${ratio} ${error} (k = 1, ${one.uncertainty_from})`];
 }
 
 function besideWords(known) {

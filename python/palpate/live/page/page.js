@@ -106,7 +106,7 @@ function showDepth() {
 }
 
 function send(message) {
-  const sent = connection.say(message);
+  const sent = connection.send(message);
   if (!sent && !SILENT.includes(message.do)) answer("Not connected: the command was not sent.", true);
   return sent;
 }

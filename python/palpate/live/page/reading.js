@@ -66,11 +66,11 @@ export function readingOf(one, { hello, calibration }) {
 }
 
 function modulusTexts(modulus) {
-  const { value, interval, unit } = modulusOf(modulus);
+  const { value, interval, unit, more, shore } = modulusOf(modulus);
   if (!modulus) return { value: "–", unit: "", between: "hold on: not known yet" };
   if (unit) {
     const [low, high] = endsOf(interval);
-    return { value, unit, between: `between ${low} and ${high}` };
+    return { value, unit, between: `between ${low} and ${high}${more}`, shore };
   }
   const { low_MPa: low, high_MPa: high } = modulus;
   const factor = settings.unit === "kPa" ? 1000 : 1;

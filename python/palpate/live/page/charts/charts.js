@@ -8,14 +8,14 @@ import { Rows } from "./rows.js";
 import { Annotations, fromRows, runningOf } from "./annotations.js";
 import { StoryPlot } from "./story.js";
 import { Detail, Overview } from "./timeline.js";
-import { Intervals, TouchPlot } from "./touch.js";
 
 const PAN = 0.2; // by a key: a share of the window
 const ZOOM = 0.5; // by a key: a factor
 const EARLIER = 8; // touches behind the one that is shown
+const LONGEST = [2, 5, 7, 10, 15, 20, 30, 60, 120, 300, 600]; // s, where the length of a touch is not known
 const AROUND_S = 1.5; // Explain shows so much before and after a touch
 const TOUCH_MS = 66;
-const TOUCH = ["touchplot", "intervals", "storyplot"];
+const TOUCH = ["touchplot", "storyplot"];
 const ALL = ["time", "fitplot", ...TOUCH];
 
 export class Charts {
@@ -33,8 +33,7 @@ export class Charts {
     );
     this.overview = new Overview($("overview"), this);
     this.detail = new Detail($("detail"), this);
-    this.touchplot = new TouchPlot($("touchplot"), this);
-    this.intervals = new Intervals($("intervals"), this);
+    this.touchplot = new StoryPlot($("touchplot"), this, true);
     this.storyplot = new StoryPlot($("storyplot"), this);
     addEventListener("beforeprint", () => this.paint());
   }
@@ -87,17 +86,17 @@ export class Charts {
     this.redraw("touchplot", "storyplot");
   }
 
-  // In Explain the arrows go from touch to touch; elsewhere they move the window.
+  // In the Lab the arrows move the window; in Explain, and in Measure of a file, they go from touch to touch.
   key(name) {
     const { viewport, cursors } = this;
     const { from, to } = viewport;
     const here = this.detail.pointer ?? (from + to) / 2;
-    const explained = this.storyplot.size[0] > 0;
+    const { depth } = document.body.dataset;
     switch (name) {
       case "left":
-        return explained ? this.step(-1) : viewport.pan(-PAN * (to - from));
+        return depth === "lab" ? viewport.pan(-PAN * (to - from)) : this.step(-1);
       case "right":
-        return explained ? this.step(1) : viewport.pan(PAN * (to - from));
+        return depth === "lab" ? viewport.pan(PAN * (to - from)) : this.step(1);
       case "in":
         return viewport.zoomHere(ZOOM);
       case "out":
@@ -133,40 +132,35 @@ export class Charts {
     return among.findLast(({ number }) => number < here) ?? null;
   }
 
-  // Goes there. The running touch is shown by choosing none.
+  // Goes there. The running touch is shown by choosing none; Measure of a running measurement shows no other.
   step(by) {
+    if (document.body.dataset.depth === "measure" && !this.viewport.file) return;
     const touch = this.neighbour(by);
     if (touch) this.choose(touch.running ? null : touch.number);
   }
 
-  // What the touch chart shows.
-  subject() {
-    const { touch } = this;
-    if (!touch) return null;
-    const { touches, events } = this.annotations;
-    const alike = touches.filter(
-      (one) =>
-        one.kept && one.specimen && one.specimen === touch.specimen && one.number < touch.number,
-    );
-    const curves = alike.slice(-EARLIER).map((one) => this.curveOf(one));
-    return {
-      touch,
-      curve: this.curveOf(touch),
-      earlier: curves.filter((curve) => curve.length > 1),
-      flags: events.flags.filter((flag) => flag.touch === touch.number),
-    };
-  }
-
   // What Explain shows: a touch with what was before and after it; block: null while its rows are on their way.
-  story() {
+  story(around = AROUND_S) {
     const { touch } = this;
     if (!touch) return null;
-    const { seconds } = this.known.hello;
-    const from = touch.start_s - AROUND_S;
-    const planned = touch.running && seconds ? touch.start_s + seconds : touch.end_s;
-    const to = Math.max(planned, touch.end_s) + AROUND_S;
+    const last = touch.end_s - touch.start_s;
+    const usual = this.known.hello.seconds ?? LONGEST.find((seconds) => seconds >= last) ?? last;
+    const from = touch.start_s - around;
+    const to = touch.start_s + Math.max(touch.running ? usual : last, last) + around;
     const pins = this.annotations.pinsOf(touch, from, to);
     return { touch, from, to, pins, block: this.rowsOf(touch), curve: this.curveOf(touch) };
+  }
+
+  // What the Lab shows: the touch alone, and the touches before on the same specimen.
+  labStory() {
+    const story = this.story(0);
+    if (!story) return null;
+    const { number, specimen } = story.touch;
+    const alike = this.annotations.touches.filter((one) => {
+      return one.kept && specimen && one.specimen === specimen && one.number < number;
+    });
+    const curves = alike.slice(-EARLIER).map((one) => this.curveOf(one));
+    return { ...story, earlier: curves.filter((curve) => curve.length > 1) };
   }
 
   curveOf(touch) {

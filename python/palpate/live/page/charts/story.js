@@ -1,7 +1,8 @@
-// The chart of Explain: one touch from before the contact until after the release. Both channels, below them the estimate with
-// its noise, below that the detector, on one axis of time; a numbered pin where a flag arises.
+// One touch. In Explain from before the contact until after the release: both channels, below them the estimate with its noise,
+// below that the detector, on one axis of time; a numbered pin where a flag arises. In the Lab without the channels, which are in
+// its timeline, and with the touches before on the same specimen.
 
-import { fill, make } from "../dom.js";
+import { fill, make, put } from "../dom.js";
 import { number, signed } from "../formatting.js";
 import { samplesIn } from "./annotations.js";
 import { placesOf, stepOf, ticks, timeStep } from "./axes.js";
@@ -12,6 +13,7 @@ import { SvgChart, box, clipped, label, line, measure, ruler } from "./svg.js";
 
 const TITLE = 18; // units of height
 const SHARES = [0.46, 0.36, 0.18]; // of the height: channels, estimate, detector
+const LAB_SHARES = [0, 0.78, 0.22];
 const FINGER = 44; // px: a pin that is tapped
 const PIN = 24; // units: a pin that is clicked
 // Titles, the longest first: the one that has room is written.
@@ -26,14 +28,20 @@ const DETECTOR = [
   "Detector",
 ];
 
-function titleOf(texts, left, right, top, k) {
+export function titleOf({ number: n, specimen, running }) {
+  return [`Touch ${n}`, specimen, running ? "running" : ""].filter(Boolean).join(" · ");
+}
+
+function panelTitle(texts, left, right, top, k) {
   const text = texts.find((one) => measure(one, k) <= right - left) ?? texts.at(-1);
   return label(left, top - 5 * k, text, "value");
 }
 
 export class StoryPlot extends SvgChart {
-  constructor(place, charts) {
+  // lab: as the Lab shows it
+  constructor(place, charts, lab = false) {
     super(place, charts);
+    this.lab = lab;
     this.pins = place.appendChild(make("div", { className: "pins" }));
   }
 
@@ -41,7 +49,8 @@ export class StoryPlot extends SvgChart {
     const [width, height] = this.size;
     this.shown = null;
     if (width < 60 || height < 80) return;
-    const story = this.charts.story();
+    const story = this.lab ? this.charts.labStory() : this.charts.story();
+    if (this.lab) put("touchtitle", story ? titleOf(story.touch) : "Touch");
     if (!story?.block) {
       this.pins.replaceChildren();
       this.pins.filled = null;
@@ -55,7 +64,8 @@ export class StoryPlot extends SvgChart {
     const shown = { ...story, ...this.layout(width, height, story) };
     this.shown = shown;
     const ground = this.contact(shown) + this.time(shown);
-    const panels = this.channels(shown) + this.estimate(shown) + this.detector(shown);
+    const channels = this.lab ? "" : this.channels(shown);
+    const panels = channels + this.estimate(shown) + this.detector(shown);
     this.show(ground + panels + this.pinLines(shown), this.name(shown));
     this.placePins(shown);
   }
@@ -63,15 +73,15 @@ export class StoryPlot extends SvgChart {
   layout(width, height, { touch, from, to, pins }) {
     const k = unit();
     const left = 58 * k;
-    const right = width - 14 * k;
+    const right = width - (this.lab ? 84 : 14) * k;
     const finger = matchMedia("(max-width: 1099px), (max-height: 699px)").matches;
     const pin = finger ? FINGER : PIN * k;
     const head = pins.length ? pin + 4 : 2;
     const room = height - head - 20 * k;
     const panels = [];
     let top = head;
-    for (const share of SHARES) {
-      panels.push({ top: top + TITLE * k, foot: top + share * room });
+    for (const share of this.lab ? LAB_SHARES : SHARES) {
+      panels.push({ top: top + (this.lab ? 6 : TITLE * k), foot: top + share * room });
       top += share * room;
     }
     const x = (t) => left + ((t - from) / (to - from)) * (right - left);
@@ -116,7 +126,13 @@ export class StoryPlot extends SvgChart {
       const path = points.map(([t, value]) => [x(t), y(value)]);
       return line(path, name, name === "hard" ? 2.2 : 1.6);
     });
-    const title = titleOf(["Capacitance change, pF", "Change, pF"], left, right - 120 * k, top, k);
+    const title = panelTitle(
+      ["Capacitance change, pF", "Change, pF"],
+      left,
+      right - 120 * k,
+      top,
+      k,
+    );
     const key =
       label(right, top - 5 * k, "hard ━", "hardkey", "end") +
       label(right - 60 * k, top - 5 * k, "soft ━", "softkey", "end");
@@ -128,7 +144,7 @@ export class StoryPlot extends SvgChart {
   estimate(shown) {
     const { k, touch, curve, left, right, panels } = shown;
     const { top, foot } = panels[1];
-    const title = titleOf(ESTIMATE, left, right, top, k);
+    const title = this.lab ? "" : panelTitle(ESTIMATE, left, right, top, k);
     if (curve.length < 2 || !Number.isFinite(touch.ratio)) {
       return (
         title + label(left + 8, (top + foot) / 2, "No ratio can be estimated from this touch.")
@@ -145,25 +161,38 @@ export class StoryPlot extends SvgChart {
       return ruler(left, at, right, at, "grid") + label(left - 6, at + 4 * k, text, "", "end");
     });
     const own = { ...shown, ...known, x, y, top, base: foot };
-    const curves = estimateCurve(own) + this.resultBar(own);
+    this.shown.scale = known.scale;
+    const curves = this.earlier(own) + estimateCurve(own);
     return (
       axis.join("") +
       ruler(left, y(0), right, y(0), "past") +
       clipped(left, top, right - left, foot - top, curves) +
       cutMarks(own) +
+      this.resultBar(own) +
       title
     );
   }
 
+  // The touches before on the same specimen, each from its own result.
+  earlier({ earlier = [], x, y }) {
+    const curves = earlier.map((one) => {
+      const result = one.at(-1).ratio;
+      const points = one.map(({ t, ratio }) => [x(t), y(100 * (ratio / result - 1))]);
+      return line(points, "past", 1.1);
+    });
+    return curves.join("");
+  }
+
   // The result with its whole uncertainty, after the touch; an arrow at each end if it is longer than the scale.
-  resultBar({ touch, zero, scale, x, y, start, k, top, base, right }) {
+  resultBar({ touch, zero, scale, x, y, start, k, top, base, width }) {
     if (!touch.uncertainty || touch.running) return "";
     const percent = Math.abs((100 * touch.uncertainty) / zero);
     const at = x(touch.end_s - start) + 9 * k;
-    const parts = [ruler(at, y(percent), at, y(-percent), "ink", { width: 2 })];
+    const ends = [Math.max(top, y(percent)), Math.min(base, y(-percent))];
+    const parts = [ruler(at, ends[0], at, ends[1], "ink", { width: 2 })];
     const texts = [number(touch.ratio, touch.uncertainty), `± ${number(percent, percent)} %`];
-    const width = Math.max(...texts.map((text) => measure(text, k)));
-    if (at + 7 * k + width <= right) {
+    const room = Math.max(...texts.map((text) => measure(text, k)));
+    if (at + 7 * k + room <= width) {
       parts.push(label(at + 7 * k, y(0) - 5 * k, texts[0], "value"));
       parts.push(label(at + 7 * k, y(0) + 14 * k, texts[1]));
     }
@@ -178,7 +207,7 @@ export class StoryPlot extends SvgChart {
     const { top, foot } = panels[2];
     const { threshold } = this.charts.known.hello;
     const x = (t) => shown.x(t + shown.start);
-    const title = titleOf(DETECTOR, left, right, top, k);
+    const title = this.lab ? "" : panelTitle(DETECTOR, left, right, top, k);
     return detectorStrip({ ...shown, curve, threshold, x, foot, strip: foot - top }) + title;
   }
 
@@ -209,7 +238,8 @@ export class StoryPlot extends SvgChart {
     const places = wanted.map(Math.round);
     fill(this.pins, [pins, places, pin], () =>
       pins.map(({ text, bad }, i) => {
-        const button = make("button", { type: "button", ariaLabel: `${i + 1}: ${text}` });
+        const button = make("button", { type: "button", title: text });
+        button.ariaLabel = `${i + 1}: ${text}`;
         button.className = bad ? "pin bad" : "pin";
         button.dataset.pin = i;
         button.style.left = `${places[i]}px`;
@@ -221,11 +251,10 @@ export class StoryPlot extends SvgChart {
   }
 
   name({ touch, curve, pins }) {
-    const specimen = touch.specimen ? `, ${touch.specimen}` : "";
     const result = touch.running ? "running" : `ratio ${number(touch.ratio, touch.uncertainty)}`;
     const flags = pins.length ? `; ${pins.length} pins, in the list` : "";
     const seconds = curve.length ? `, ${curve.at(-1).t.toFixed(1)} s` : "";
-    return `Touch ${touch.number}${specimen}: both channels, estimate and detector; ${result}${seconds}${flags}`;
+    return `${titleOf(touch)}: ${this.lab ? "" : "both channels, "}estimate and detector; ${result}${seconds}${flags}`;
   }
 
   at(px) {
