@@ -16,7 +16,6 @@ from palpate.calibration.provenance import Provenance
 from palpate.calibration.specimen_fit import SpecimenTouches, fit_specimens
 from palpate.elasticity import SORBOTHANE_MPA
 from palpate.live.calibration_fit import GuidedCalibration
-from palpate.live.files import RunFiles
 from palpate.live.plan import KnownSpecimen, TouchKept
 from palpate.live.protocol import (
     CalibrationMessage,
@@ -24,6 +23,7 @@ from palpate.live.protocol import (
     RefusedCommand,
     RigidRatio,
 )
+from palpate.live.run_files import RunFiles
 from palpate.simulation.hand import session
 from palpate.simulation.scenarios import PROBE
 from recording_bench import soon

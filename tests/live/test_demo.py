@@ -9,8 +9,8 @@ import pytest
 from live_bench import Bench
 from live_browser import Browser
 from live_server import Live
-from palpate.live.files import RunFiles
 from palpate.live.measurement import LiveMeasurement, opener
+from palpate.live.run_files import RunFiles
 from palpate.recording.sidecar import load
 from palpate.stream import Batch, Listener
 from recording_bench import SampleReader
