@@ -44,6 +44,7 @@ class ChannelSeen:
     limit_s: float = 0.0  # time of this contact at the limit
     below_s: float = 0.0  # far below the baseline for this time; 0: it is not
     below_pF: float = 0.0  # how far, of the last sample
+    idle_s: float = 0.0  # at its baseline for this time; 0: it is not
     constant_s: float = 0.0  # the same value for this time; 0: it is not
 
 
@@ -144,7 +145,9 @@ class SignalFollower(Listener):
         values = np.column_stack([batch.samples[name] for name in CHANNELS])
         self._first = np.concatenate([self._first, values])[-_FIRST:]
         is_open = self._guards and not self._measurement.forced and not self._is_given
-        found = self._found() if is_open else ""
+        found = ""
+        if is_open:
+            found = self._found()
         if state == "baseline":
             self._touching = found or self._touching
         elif found and state == "waiting":
@@ -236,7 +239,9 @@ class LastingCondition:
         if first < len(holds) and not self.samples:
             self.since_s = float(t_s[first])
         self.samples += len(holds) - first
-        return float(t_s[-1]) - self.since_s if self.samples >= least else 0.0
+        if self.samples < least:
+            return 0.0
+        return float(t_s[-1]) - self.since_s
 
 
 class ChannelFollower:
@@ -246,6 +251,7 @@ class ChannelFollower:
         self._sign = sign
         self.seen = ChannelSeen(name)
         self._below = LastingCondition()
+        self._idle = LastingCondition()
         self._same = LastingCondition()
         self._last = math.nan  # value of the last sample
         self._last_s = math.nan  # its time
@@ -274,6 +280,7 @@ class ChannelFollower:
             limit_s = before.limit_s + float(passed_s[is_limited].sum())
         margin = _BELOW_PF + _BELOW_NOISE * np.nan_to_num(noise_pF)
         is_below = (self._sign * change < -margin) & ~is_limited & (state == "waiting")
+        is_idle = (np.abs(change) < margin) & ~is_limited
         is_same = (steps == 0) & ~is_limited
         self.seen = ChannelSeen(
             name,
@@ -282,6 +289,7 @@ class ChannelFollower:
             limit_s,
             self._below.follow(is_below, t_s),
             -self._sign * float(change[-1]),
+            self._idle.follow(is_idle, t_s),
             self._same.follow(is_same, t_s, _SAME_SAMPLES),
         )
         return self.seen
@@ -292,6 +300,7 @@ def _adapted(noise_pF: float, steps: NDArray[np.float64]) -> float:
     sizes = np.abs(steps[np.isfinite(steps)]) / _MEDIAN_STEP
     if not len(sizes):
         return noise_pF
-    noise_pF = noise_pF if noise_pF > 0 else float(np.median(sizes))
+    if not noise_pF > 0:
+        noise_pF = float(np.median(sizes))
     more = 2 * float(np.mean(sizes > noise_pF)) - 1
     return noise_pF * math.exp(_ADAPTS * min(len(sizes), _MOST) * more)
