@@ -16,7 +16,8 @@ from live_server import SOURCE, Live
 from page_data import state
 from page_states import Canned, opened
 
-QUIET = "return palpate.known.state.line.what"
+KIND = "return palpate.known.state.line?.what"
+SHORTED = ",".join(f"excitation-shorted:2@{4 + 0.3 * k:.1f}" for k in range(6))
 FORCED = "return document.getElementById('tare').dataset.do === 'tare anyway'"
 
 
@@ -30,9 +31,9 @@ def shot(page: Browser, folder: Path, name: str) -> None:
     print(name, {one: text for one, text in shown.items() if text})
 
 
-def wait_for(what: str) -> Callable[[Browser, Live], None]:
-    """Return a step that waits for a kind of the status line."""
-    return lambda page, _: page.until(lambda: page.run(QUIET) == what)
+def wait_for(*kinds: str) -> Callable[[Browser, Live], None]:
+    """Return a step that waits for one of these kinds of the status line."""
+    return lambda page, _: page.until(lambda: page.run(KIND) in kinds)
 
 
 def tare_in_contact(page: Browser, _: Live) -> None:
@@ -41,7 +42,7 @@ def tare_in_contact(page: Browser, _: Live) -> None:
     page.press("t")
     page.until(lambda: page.run(FORCED))
     page.press("t")
-    page.until(lambda: page.run(QUIET) == "baseline")
+    page.until(lambda: page.run(KIND) == "baseline")
 
 
 def kill(page: Browser, live: Live) -> None:
@@ -55,7 +56,7 @@ CASES: dict[str, tuple[str, Callable[[Browser, Live], None]]] = {
     "unplugged": (f"{SOURCE}&fault=unplug:30@4", wait_for("unplugged")),
     "saturated": (f"{SOURCE}&fault=overload:5@4", wait_for("saturated")),
     "wire-off": (f"{SOURCE}&idle=20&fault=wire-off:2@4", wait_for("wiring")),
-    "outliers": ("sim:spikes?seed=1", wait_for("left out")),
+    "outliers": (f"{SOURCE}&fault={SHORTED}", wait_for("left out", "done", "after")),
     "not-level": ("sim:not-level?seed=1", wait_for("left out")),
     "slept": (f"{SOURCE}&fault=sleep:3600@6", wait_for("gap")),
     "tare-in-contact": (SOURCE, tare_in_contact),

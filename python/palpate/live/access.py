@@ -81,10 +81,14 @@ class Gatekeeper:
     # relative: a cookie would also go to other servers of this machine, since it knows no port.
 
     def __init__(self, app: ASGIApp, host: str, port: int, token: str | None = None) -> None:
-        self._app, self._token = app, token
+        self._app = app
+        self._token = token
         # At every address any Host is valid: the names under which other computers reach it are not known, and a token is needed.
-        names = ["*"] if host in _ANYWHERE else [f"[{host}]" if ":" in host else host]
-        names += _LOOPBACK if is_loopback(host) else []
+        names = [f"[{host}]" if ":" in host else host]
+        if host in _ANYWHERE:
+            names = ["*"]
+        if is_loopback(host):
+            names += _LOOPBACK
         self._hosts = TrustedHostMiddleware(self._enter, names, www_redirect=False)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:

@@ -62,15 +62,29 @@ class MultiresolutionRows:
         self._per_s = BINS_PER_S
         self.span: tuple[float, float] | None = None  # times of the first and the last row, s
 
+    @property
+    def first_s(self) -> float | None:
+        """Time of the first row, s; None: there is none."""
+        return self.span[0] if self.span else None
+
+    @property
+    def last_s(self) -> float | None:
+        """Time of the last row, s; None: there is none."""
+        return self.span[1] if self.span else None
+
     def add(self, rows: Rows) -> None:
         """Add the next rows; their times do not go back."""
         if not len(rows):
             return
         with self._lock:
-            first_s = self.span[0] if self.span else float(rows["t_s"][0])
-            self.span = (first_s, float(rows["t_s"][-1]))
+            begin_s = float(rows["t_s"][0])
+            if self.span:
+                begin_s = self.span[0]
+            self.span = (begin_s, float(rows["t_s"][-1]))
             self._newest.add(rows)
-            forgotten = self._finest.add(rows if self._whole else thinned(rows))
+            if not self._whole:
+                rows = thinned(rows)
+            forgotten = self._finest.add(rows)
             if len(forgotten):
                 self._earlier = self._thinner(np.concatenate((self._earlier, forgotten)))
 

@@ -210,9 +210,10 @@ class Measurement(Listener):
     def batch(self, batch: Batch) -> None:
         """Keep the rows of a batch, and where its touches end."""
         rows = rows_of(batch)
-        last = self.levels.span[1] if self.levels.span else -math.inf
         # times of a file may go back
-        rows["t_s"] = np.maximum.accumulate(np.maximum(rows["t_s"], last))
+        if self.levels.span:
+            rows["t_s"] = np.maximum(rows["t_s"], self.levels.span[1])
+        rows["t_s"] = np.maximum.accumulate(rows["t_s"])
         self.levels.add(rows)
         self.ends |= ends_of(batch)
 
@@ -282,7 +283,9 @@ class LiveMeasurement(Measurement):
 
     def _begin(self, changed: Keywords) -> Stream:
         options = {**self._options, **changed}
-        path = self.files.next() if self.records else None
+        path = None
+        if self.records:
+            path = self.files.next()
         source = self._open(**options)
         if source.hand and self._first_page:
             source.hand.wait_for(self._first_page, LONGEST_WAIT_S)
@@ -427,9 +430,8 @@ class LiveMeasurement(Measurement):
         recorder = self.stream.start_recording(path, earlier=True)
         self._begin_recording(recorder)
         message = f"Recording to {path.name}"
-        earlier_s = 0.0 if recorder.first_s is None else self.last_s - recorder.first_s
-        if earlier_s >= 1:
-            message += f"; it begins {earlier_s:.0f} s ago"
+        if recorder.first_s is not None and self.last_s - recorder.first_s >= 1:
+            message += f"; it begins {self.last_s - recorder.first_s:.0f} s ago"
         return message
 
     def stop(self) -> str:

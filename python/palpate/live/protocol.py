@@ -97,7 +97,7 @@ class HelloMessage(Message, tag="hello", kw_only=True):
     device: str
     scene: str
     stated: list[str]
-    threshold: float | None
+    threshold: MaybeNumber
     calibrated: bool
     scatter: float | None  # of the calibration
     assumed: float | None  # scatter without one
@@ -539,6 +539,7 @@ class ComparedMessage(Message, tag="done"):
     of: int
     scatter: float
     specimens: list[ComparedSpecimen]
+    same: ComparedSpecimen | None  # all touches as one object, if no specimen is in two recordings
 
 
 class RefusedMessage(Message, tag="refused"):

@@ -67,8 +67,11 @@ def listen_near(host: str, port: int) -> socket.socket:
 
 def address_of(listening: socket.socket, host: str, token: str | None = None) -> str:
     """Return the address of the page."""
-    name = host if host not in ("0.0.0.0", "::") else _own_address()
-    name = f"[{name}]" if ":" in name else name
+    name = host
+    if host in ("0.0.0.0", "::"):
+        name = _own_address()
+    if ":" in name:
+        name = f"[{name}]"
     path = f"{token}/" if token else ""
     return f"http://{name}:{listening.getsockname()[1]}/{path}"
 

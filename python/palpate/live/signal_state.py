@@ -144,7 +144,9 @@ class SignalFollower(Listener):
         values = np.column_stack([batch.samples[name] for name in CHANNELS])
         self._first = np.concatenate([self._first, values])[-_FIRST:]
         is_open = self._guards and not self._measurement.forced and not self._is_given
-        found = self._found() if is_open else ""
+        found = ""
+        if is_open:
+            found = self._found()
         if state == "baseline":
             self._touching = found or self._touching
         elif found and state == "waiting":
@@ -236,7 +238,9 @@ class LastingCondition:
         if first < len(holds) and not self.samples:
             self.since_s = float(t_s[first])
         self.samples += len(holds) - first
-        return float(t_s[-1]) - self.since_s if self.samples >= least else 0.0
+        if self.samples < least:
+            return 0.0
+        return float(t_s[-1]) - self.since_s
 
 
 class ChannelFollower:
@@ -292,6 +296,7 @@ def _adapted(noise_pF: float, steps: NDArray[np.float64]) -> float:
     sizes = np.abs(steps[np.isfinite(steps)]) / _MEDIAN_STEP
     if not len(sizes):
         return noise_pF
-    noise_pF = noise_pF if noise_pF > 0 else float(np.median(sizes))
+    if not noise_pF > 0:
+        noise_pF = float(np.median(sizes))
     more = 2 * float(np.mean(sizes > noise_pF)) - 1
     return noise_pF * math.exp(_ADAPTS * min(len(sizes), _MOST) * more)

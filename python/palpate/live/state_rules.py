@@ -120,7 +120,9 @@ class StatusInputs:
     @property
     def cut_text(self) -> str:
         """The sentence about the touch that was cut."""
-        return f" Touch {self.cut} is cut: repeat it." if self.cut else ""
+        if not self.cut:
+            return ""
+        return f" Touch {self.cut} is cut: repeat it."
 
 
 def view_of(inputs: StatusInputs) -> tuple[Instruction, StatusLine]:
@@ -153,7 +155,8 @@ def file_state(file: ReviewedFile) -> StatusState:
     if file.refused:
         counts += f", {file.refused} without a value"
     text = f"A recording: {file.end}, {counts}. Nothing is being measured."
-    line = StatusLine("file", "caution" if title else "quiet", title, text)
+    level = "caution" if title else "quiet"
+    line = StatusLine("file", level, title, text)
     return StatusState(Instruction("File", file.name), line.shown(None), text)
 
 
@@ -177,7 +180,7 @@ def _device_faults(inputs: StatusInputs) -> Iterator[View]:
     wiring = inputs.troubles.get("wiring", "")
     if wiring:
         line = StatusLine("wiring", "fault", "Look at the wires.", _sentence(wiring))
-        yield line, Instruction("Stop", "a wire is off", "fault")
+        yield line, Instruction("Stop", "connect the wire again", "fault")
     if inputs.is_silent:
         text = "The source sends nothing. Look at its plug, its cable and its supply."
         line = StatusLine("silent", "fault", "No data.", text)
@@ -376,8 +379,10 @@ def _left_out(inputs: StatusInputs, result: LastTouch) -> View:
         share = 1.0
     hints = [flag.meaning.hint for flag in result.flags if flag.meaning.hint]
     steps += hints[:1]
-    name = f" {inputs.next.name}" if inputs.next else ""
-    steps.append(f"touch{name} again")
+    if inputs.next:
+        steps.append(f"touch {inputs.next.name} again")
+    else:
+        steps.append("touch again")
     return line, Instruction("Repeat", ", ".join(steps), "caution", share)
 
 
@@ -394,14 +399,16 @@ def slow(inputs: StatusInputs) -> StatusLine | None:
         share = min(pace.per_s / pace.nominal_per_s, 1.0)
     if pace.dropped:
         sentences.append(f"{pace.dropped} pairs were not estimated; a recording has them.")
-    known = inputs.result.known if inputs.result else None
-    sentences.append(_cost(known, share))
+    sentences.append(_cost(inputs.result, share))
     text = " ".join(sentences)
     return StatusLine("slow", "note", "Slow computer.", text, "The computer is slow.")
 
 
-def _cost(known: Uncertainty | None, share: float) -> str:
+def _cost(result: LastTouch | None, share: float) -> str:
     """Return how the uncertainty of the last touch grows if only this share of the pairs comes."""
+    known = None
+    if result:
+        known = result.known
     if known is None or not math.isfinite(known.uncertainty):
         return "What it costs is known after a touch."
     with_all = replace(known, noise=known.noise * share**0.5)
@@ -505,5 +512,8 @@ def _sentence(text: str) -> str:
     """Return a text as a sentence: with a capital, unless it begins with the name of a file or a device; a full stop."""
     text = text.strip()
     first = text.partition(" ")[0].rstrip(".")
-    begin = text[:1] if set(first) & set("./\\") else text[:1].upper()
-    return begin + text[1:] + ("" if text.endswith((".", "!", "?")) else ".")
+    if not set(first) & set("./\\"):
+        text = text[:1].upper() + text[1:]
+    if not text.endswith((".", "!", "?")):
+        text += "."
+    return text
