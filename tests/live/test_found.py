@@ -42,7 +42,7 @@ def test_from_touch_to_touch_and_to_a_time(page: Browser, file: Canned) -> None:
     assert find(page, "50 A") == [5, 6, 7, 8, 9]
     page["find"].send_keys(Keys.TAB)
     page.press("n")
-    assert (page.text("word"), page.text("mainname")) == ("5", "Modulus, touch 5")
+    assert (page.text("word"), page.text("mainname")) == ("5", "Touch 5")
     touch = file.state.told["touches"]["rows"][4]
     begin, end = window(page)
     assert begin < touch["start_s"] - ORIGIN_S < touch["end_s"] - ORIGIN_S < end < begin + 37
@@ -124,7 +124,7 @@ def test_a_time_moves_the_touch_and_its_numbers_too(page: Browser, file: Canned)
         away = [max(one["start_s"] - t, t - one["end_s"], 0) for one in rows]
         assert away.index(min(away)) + 1 == number
         assert page.text("word") == str(number), at
-        assert page.text("mainname").startswith(f"Modulus, touch {number}")
+        assert page.text("mainname").startswith(f"Touch {number}")
         assert said in page.text("answer")
         page.press(Keys.ESCAPE)
 

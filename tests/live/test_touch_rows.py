@@ -12,7 +12,7 @@ from live_bench import OWN_FILE, Bench, begun
 from live_browser import Browser
 from page_data import state
 from page_states import Canned, opened
-from palpate.live.levels import Levels
+from palpate.live.levels import MultiresolutionRows
 from palpate.live.open_page import PageClient
 from palpate.live.plan import PlannedTouch
 from palpate.live.protocol import ShownScatter, TouchesMessage
@@ -61,7 +61,7 @@ def test_a_new_touch_costs_one_row_and_a_change_its_own(told: list[str]) -> None
 
 def test_a_page_that_is_greeted_again_gets_all() -> None:
     socket = AsyncMock()
-    page = PageClient(socket, Levels())
+    page = PageClient(socket, MultiresolutionRows())
     scatter = ShownScatter(0.03, "assumed")
     row: Any = {"number": 1}
     page.show_touches(

@@ -11,7 +11,7 @@ from page_data import State
 from palpate.live.access import HEADERS
 from palpate.live.app import page_files
 from palpate.live.feed import FrameKind, Rows, pack
-from palpate.live.levels import Levels
+from palpate.live.levels import MultiresolutionRows
 from palpate.live.plan import TouchPlan
 from websockets.datastructures import Headers
 from websockets.exceptions import ConnectionClosed
@@ -24,7 +24,7 @@ class Canned:
 
     def __init__(self, state: State, rows: Rows | None = None) -> None:
         self.state = state  # what a page gets when it connects
-        self._levels = Levels(whole=True)
+        self._levels = MultiresolutionRows(whole=True)
         self._levels.add(state.rows if rows is None else rows)  # rows: all, for views
         self.heard: list[dict[str, Any]] = []  # the commands of the pages
         self.answers: dict[str, dict[str, Any]] = {}  # to commands; else they are done

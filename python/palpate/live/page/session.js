@@ -3,7 +3,7 @@
 import { box, dot, escaped, label, ruler } from "./charts/svg.js";
 import { $, aligned, make, put } from "./dom.js";
 import { inUnit, places } from "./formatting.js";
-import { meantTouch } from "./instruction.js";
+import { meantTouch } from "./reading.js";
 
 const REACH = 0.08; // of the mean, at the edge of the small plot
 const WIDE = 124;

@@ -14,7 +14,7 @@ import {
   shoreA,
   signed,
 } from "./formatting.js";
-import { running, truthOf } from "./instruction.js";
+import { running, truthOf } from "./reading.js";
 
 const AFTER_S = 2; // a mark so long after a touch is shown beside it
 const SPARE = 1000; // px above and below what is in sight

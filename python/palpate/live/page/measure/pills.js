@@ -52,5 +52,9 @@ export class Pills {
         list.append(after);
       }
     }
+    // Not even one has room: the object below says its name.
+    if (list.scrollWidth > list.clientWidth) {
+      for (const pill of list.children) pill.hidden = true;
+    }
   }
 }

@@ -3,10 +3,9 @@
 import { escaped, measure } from "../charts/svg.js";
 import { $ } from "../dom.js";
 import { settings } from "../formatting.js";
-import { isUnsure, subject } from "../instruction.js";
+import { COVERING, isUnsure, subject } from "../reading.js";
 import { objectName } from "./object.js";
 
-const COVERING = 1.96; // standard deviations: 95 %
 const RATIOS = { from: 1, to: 10, most: 40 };
 const MODULI_MPA = { from: 0.1, to: 10, least: 0.001, most: 1000 };
 const STEPS = [1, 2, 5, 10]; // the ends of a scale of moduli, and its numbers
