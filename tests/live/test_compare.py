@@ -4,6 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 from shutil import copy
 
+import page_looks
 import palpate
 import pytest
 from command_lines import run
