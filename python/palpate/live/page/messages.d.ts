@@ -446,6 +446,7 @@ export interface ComparedMessage {
   of: number;
   scatter: number;
   specimens: ComparedSpecimen[];
+  same: ComparedSpecimen | null;
 }
 
 /** A command was refused. */
