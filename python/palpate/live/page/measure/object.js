@@ -44,6 +44,7 @@ export class TouchedObject {
     if (next?.name === name && next.of) words = `touch ${next.nth} of ${next.of}`;
     const modulus = session.specimens.find((one) => one.name === name)?.modulus;
     if (modulus) words = [words, `known: ${inUnit(modulus)} ${settings.unit}`].filter(Boolean).join(" · ");
+    if (!name && hello.kind !== "file") words = "no name: P names the specimens";
     const unnamed = hello.kind === "file" ? "No name" : `Touch ${touches.rows.length + (running(this.known.state) || !touchIsShown(this.known) ? 1 : 0)}`;
     const done = session.count?.of ? `${session.count.kept} of ${session.count.of} touches` : "";
     put("objectname", finished ? "All done" : name ?? unnamed);
