@@ -34,13 +34,13 @@ from palpate.cli.shared_options import (
 from palpate.display.text import counted
 from palpate.errors import RecordingError
 from palpate.flags import Suspicion, advice_at_end
-from palpate.importers.formats import read_table
 from palpate.importers.table import ReadOptions, Table
 from palpate.messages import listed, shortened
 from palpate.recording.convert import convert as convert_recording
 from palpate.recording.csv_reader import is_own
 from palpate.recording.opened import OpenedRecording
 from palpate.recording.reading import of_table, recorded
+from palpate.recording.tables import open_table
 from palpate.recording.verification import Verification, check_opened
 from palpate.tracking import tracked
 
@@ -159,7 +159,7 @@ def import_command(file: Path, reading: SourceOptions) -> None:
         raise click.UsageError(f"{file}: is a recording of palpate, allowed: {allowed}")
     with usage_errors():
         options = ReadOptions(**reading.keywords())
-        table = read_table(file, options)
+        table = open_table(file, options)
         if not is_json():  # before it is understood: the columns help to set the options
             size = f"{len(table.columns)} columns, {len(table)} rows"
             print_text(f"{file}: {size}\n{_preview(table)}")

@@ -37,12 +37,20 @@ class SourceOptions:
     decimal: str | None = None
     soft: Path | None = None
     part: str | None = None
+    line_columns: str | None = None
+    pattern: str | None = None
     firmware: Path | None = None
     excitation: str | None = None
 
     def keywords(self) -> Keywords:
         """Return the options that are set, as keywords of `palpate.read` and `palpate.open`."""
-        return _without_none(asdict(self))
+        keywords = _without_none(asdict(self))
+        line_columns = keywords.pop("line_columns", None)
+        if line_columns is not None:
+            if "columns" in keywords:
+                raise click.UsageError("--columns: got --map, too, allowed: one of them")
+            keywords["columns"] = line_columns
+        return keywords
 
 
 @dataclass(frozen=True)
@@ -231,6 +239,19 @@ _READING: Sequence[_Decorator] = [
         metavar="hard=COL,soft=COL",
         help="Columns of a table of another program: names, or positions counted from 1; also "
         "time=COL.",
+    ),
+    click.option(
+        "--columns",
+        "line_columns",
+        metavar="NAME,NAME,...",
+        help="Of captured lines of a serial port: the names of the cells in order, as "
+        "t_ms,hard,soft; - for a cell that is not used.",
+    ),
+    click.option(
+        "--pattern",
+        metavar="REGEX",
+        help="Of captured lines: a regular expression that matches a whole line, with groups as "
+        "(?P<hard>...) and (?P<soft>...).",
     ),
     click.option(
         "--unit",

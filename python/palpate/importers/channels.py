@@ -186,7 +186,7 @@ def _columns_of_channels(
     table: Table, options: ReadOptions, soft_table: Table | None
 ) -> tuple[ChannelColumns, ChannelColumns]:
     """Return the columns of both channels, of one table or each of its own."""
-    wanted = options.columns or {}
+    wanted = options.named_columns
     time = wanted.get("time")
     if soft_table:
         hard = _only_channel(table, wanted.get("hard"), time)
@@ -251,8 +251,13 @@ def _time_columns(table: Table, wanted: str | int | None) -> list[Column]:
     return named + units or table.of_kind("mM")
 
 
-def _channels_by_name(table: Table) -> list[Column]:
-    """Return the columns whose names leave no doubt that they are hard and soft."""
+def has_channel_names(table: Table) -> bool:
+    """Return whether the names of a table leave no doubt which columns are the channels."""
+    return bool(_named_channels(table))
+
+
+def _named_channels(table: Table) -> list[Column]:
+    """Return the columns of hard and soft, if their names leave no doubt; else an empty list."""
     for names in CHANNEL_NAMES:
         hard = table.named([names[0]])
         soft = table.named([names[1]])
@@ -262,6 +267,14 @@ def _channels_by_name(table: Table) -> list[Column]:
         others = _without(table.columns, both)
         if not any(map(_may_be_channel, others)):
             return both
+    return []
+
+
+def _channels_by_name(table: Table) -> list[Column]:
+    """Return the columns whose names leave no doubt that they are hard and soft."""
+    both = _named_channels(table)
+    if both:
+        return both
     allowed = f"hard and soft, two of {table.describe()}"
     raise OptionError(Option.COLUMNS, "none for a table of another program", allowed)
 
