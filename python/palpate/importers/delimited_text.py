@@ -141,12 +141,13 @@ def _lines_above(path: Path, text: str, dialect: Dialect) -> tuple[list[str], in
 
 
 def _is_row(kinds: list[CellKind], dialect: Dialect) -> bool:
-    """Return whether cells have several values, or texts only where other rows have texts."""
-    in_columns = [
-        kind for kind, usual in zip(kinds, dialect.kinds, strict=True) if usual in _VALUES
-    ]
-    if in_columns and all(kind is CellKind.TEXT for kind in in_columns):
-        return False  # a row of units, with the settings of the instrument behind them
+    """Return whether cells have several values, or texts only where other rows have texts.
+
+    Settings of an instrument begin with their name, as X0 of LabVIEW; a row of units has a text in
+    each column of numbers.
+    """
+    if kinds[0] is CellKind.TEXT and dialect.kinds[0] in _VALUES:
+        return False
     if count_values(kinds) > 1:
         return True
     for kind, usual in zip(kinds, dialect.kinds, strict=True):

@@ -16,11 +16,12 @@ _STAMP = re.compile(
 )
 _SECONDS = re.compile(r"\[\s*(?P<seconds>\d+\.\d+)(?:\s+\d+\.\d+)?\]|(?P<epoch>\d{10}\.\d+)")
 _MILLISECONDS = re.compile(r"[EWIDV] \((?P<ms>\d+)\)")
+_FOURTH_PART = re.compile(r"^(\d{1,2}:\d\d:\d\d):(\d{1,9})")  # 14:22:10:370
 _LEVEL = re.compile(r"(?:TRACE|DEBUG|INFO|NOTICE|WARNING|WARN|ERROR|CRITICAL|FATAL)\b")
 # Between a stamp and the text of the board: an arrow, a level, the name of a logger or a port.
 _SIGN = re.compile(r"\s*(?:->|=>|>>|[>|:;-])(?=\s|$)\s*")
 _BRACKETED = re.compile(r"\s*[\[(<][A-Za-z][^\])>]*[\])>]:?\s*")
-_WORD = re.compile(r"\s*[A-Za-z_][\w.\-]*(?:\[\d+\])?:?(?=\s)\s*")
+_WORD = re.compile(r"\s*[A-Za-z_][\w\-]*(?:\.[A-Za-z_]\w*)*(?:\[\d+\])?:?(?=\s)\s*")
 _LEVEL_AND_NAME = re.compile(r"\s*[A-Z]+:[\w.\-]+:\s*")  # of Python's logging, by default
 _MOST_WORDS = 5
 _CHANNEL_WORDS = frozenset(
@@ -146,9 +147,7 @@ def _prefix_without_stamp(line: str) -> _Prefix | None:
 
 def _iso_text(date: str | None, clock: str) -> str:
     """Return a stamp as a column of times has it; a date with the name of a month is left out."""
-    begin, colon, fraction = clock.rpartition(":")
-    if begin.count(":") == 2:  # 14:22:10:370
-        clock = f"{begin}.{fraction}"
+    clock = _FOURTH_PART.sub(r"\1.\2", clock)
     if date is None:
         return clock
     return f"{date} {clock}"

@@ -153,6 +153,7 @@ def captured_table(path: Path, options: ReadOptions) -> Table:
     rows = _read_lines(path, lines, grammar, line_format)
     columns = _columns(rows, stamped, line_format)
     table = Table(path, columns, rows.numbers, [*rows.notes(), *notes])
+    table.has_names = not grammar.is_by_order
     table.gap_rows = tuple(rows.gap_rows)
     table.host_stamps = stamped is not None and not any(rows.times_ns.values())
     if rows.has_codes:
@@ -164,12 +165,18 @@ def captured_table(path: Path, options: ReadOptions) -> Table:
     return table
 
 
-def captured_or_none(path: Path, options: ReadOptions) -> Table | None:
-    """Return the lines of a file as a table; None if they cannot be read."""
+def captured_or_none(path: Path, options: ReadOptions, *, named: bool = False) -> Table | None:
+    """Return the lines of a file as a table; None if they cannot be read.
+
+    With `named`, also if their numbers have no names.
+    """
     try:
-        return captured_table(path, options)
+        table = captured_table(path, options)
     except (RecordingError, ValueError):
         return None
+    if named and not table.has_names:
+        return None
+    return table
 
 
 def _line_format(options: ReadOptions) -> LineFormat:

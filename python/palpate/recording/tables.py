@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from palpate.errors import RecordingError
+from palpate.importers.channels import has_channel_names
 from palpate.importers.formats import read_table
 from palpate.importers.table import OptionError, ReadOptions, Table
 from palpate.recording.captured_lines import captured_or_none, captured_table
@@ -34,6 +35,7 @@ def open_table(path: Path, options: ReadOptions) -> Table:
         return captured
     if options.named_columns or options.soft or not table.is_text:
         return table
-    if table.has_names or table.unmatched_names:
+    if has_channel_names(table):
         return table
-    return captured_or_none(path, options) or table
+    is_named = table.has_names or bool(table.unmatched_names)
+    return captured_or_none(path, options, named=is_named) or table
