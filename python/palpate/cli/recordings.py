@@ -22,7 +22,15 @@ from palpate.cli.output import (
     print_text,
     reading_progress,
 )
-from palpate.cli.paths import OUTPUT, InputFile, force_option, require_free, with_sidecar
+from palpate.cli.paths import (
+    OUTPUT,
+    InputFile,
+    Recordings,
+    all_files,
+    force_option,
+    require_free,
+    with_sidecar,
+)
 from palpate.cli.shared_options import (
     INPUT,
     SourceOptions,
@@ -30,6 +38,7 @@ from palpate.cli.shared_options import (
     reading_options,
     replaying_options,
     simulation_note,
+    soft_later_option,
 )
 from palpate.display.text import counted
 from palpate.errors import RecordingError
@@ -39,7 +48,7 @@ from palpate.messages import listed, shortened
 from palpate.recording.convert import convert as convert_recording
 from palpate.recording.csv_reader import is_own
 from palpate.recording.opened import OpenedRecording
-from palpate.recording.reading import of_table, recorded
+from palpate.recording.reading import of_table, recorded, with_soft_later
 from palpate.recording.tables import open_table
 from palpate.recording.verification import Verification, check_opened
 from palpate.tracking import tracked
@@ -50,7 +59,9 @@ _MOST_RATIOS = 8  # in one line
 
 
 @click.command("check")
-@click.argument("files", metavar="FILE...", nargs=-1, required=True, type=INPUT)
+@click.argument(
+    "files", metavar="FILE...", nargs=-1, required=True, type=Recordings(), callback=all_files
+)
 @reading_options
 @click.option(
     "--repair",
@@ -61,6 +72,8 @@ _MOST_RATIOS = 8  # in one line
 @json_option
 def check_command(files: tuple[Path, ...], reading: SourceOptions, repair: bool, yes: bool) -> None:
     """Check that recordings are complete, without gaps and not saturated.
+
+    FILE may be a folder, or a pattern in quotes as "monday/**.csv".
 
     --repair never removes a row that can be read. The files before the repair are kept in
     NAME.csv.unrepaired and NAME.json.unrepaired. More than an incomplete last row is removed only
@@ -140,8 +153,9 @@ def _verification_text(report: Verification) -> str:
 @click.command("import")
 @click.argument("file", type=INPUT)
 @reading_options
+@soft_later_option
 @json_option
-def import_command(file: Path, reading: SourceOptions) -> None:
+def import_command(file: Path, reading: SourceOptions, soft_later_ms: float | None) -> None:
     """Show how a table of another program is read.
 
     FILE is a table with two channels: text, Excel, Parquet, Arrow, XDF, also packed as .gz. Prints
@@ -163,8 +177,8 @@ def import_command(file: Path, reading: SourceOptions) -> None:
         if not is_json():  # before it is understood: the columns help to set the options
             size = f"{len(table.columns)} columns, {len(table)} rows"
             print_text(f"{file}: {size}\n{_preview(table)}")
-        recording = of_table(file, table, options)
-    measured = touches(recording)
+        recording = with_soft_later(of_table(file, table, options), soft_later_ms)
+        measured = touches(recording)
     notes = list(recording.notes)
     for advice in chain.from_iterable(advice_at_end(measured)):
         if advice.flag is Suspicion.SWAPPED and str(advice) not in notes:
@@ -206,9 +220,12 @@ def _preview(table: Table) -> str:
     help="NAME.parquet, NAME.arrow, or NAME.csv for palpate's own format.",
 )
 @reading_options
+@soft_later_option
 @force_option
 @json_option
-def convert_command(file: Path, output: Path, reading: SourceOptions, force: bool) -> None:
+def convert_command(
+    file: Path, output: Path, reading: SourceOptions, soft_later_ms: float | None, force: bool
+) -> None:
     """Convert a recording to Parquet, Arrow, or palpate's own CSV.
 
     FILE is a recording, or a table of another logger. Every row is kept; a row without a value is
@@ -226,7 +243,7 @@ def convert_command(file: Path, output: Path, reading: SourceOptions, force: boo
     inputs = filter(None, (file, reading.soft))
     require_free(with_sidecar(output), inputs, force=force)
     with usage_errors():
-        recording = recorded(file, **reading.keywords())
+        recording = with_soft_later(recorded(file, **reading.keywords()), soft_later_ms)
         rows = convert_recording(recording, output, force=force)
     notes = _conversion_notes(recording)
     document: dict[str, object] = {

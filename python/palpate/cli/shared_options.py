@@ -292,6 +292,14 @@ _SCENE_OF_RECORDING: _Decorator = click.option(
     shell_complete=_complete_scene,
     help=f"{_SCENES}  [default: from the recording, else handheld]",
 )
+soft_later_option: _Decorator = click.option(
+    "--soft-later-ms",
+    type=float,
+    metavar="MS",
+    help="How much later the soft channel is read than its times say, as with one time for both "
+    "channels; negative: earlier.  [default: 0]",
+)
+"""Adds soft_later_ms to a command."""
 _SETTINGS: Sequence[_Decorator] = [
     click.option(
         "--touch-seconds",
@@ -303,13 +311,7 @@ _SETTINGS: Sequence[_Decorator] = [
         type=click.IntRange(min=1),
         help="Length of a touch in samples, in place of seconds.",
     ),
-    click.option(
-        "--soft-later-ms",
-        type=float,
-        metavar="MS",
-        help="How much later the soft channel is read than its times say, as with one time for both "
-        "channels; negative: earlier.  [default: 0]",
-    ),
+    soft_later_option,
     click.option(
         "--falling/--rising",
         default=None,

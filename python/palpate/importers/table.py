@@ -368,12 +368,14 @@ class ReadOptions:
 
     def __post_init__(self) -> None:
         """Check the values."""
+        if self.time_unit is not None:
+            object.__setattr__(self, "time_unit", str(self.time_unit).strip())
         if self.time_unit is not None and self.time_unit not in SECONDS:
             raise ValueError(f"time_unit: {unlike(self.time_unit, SECONDS)}")
         if self.decimal is not None and self.decimal not in DECIMAL_MARKS:
             raise ValueError(f"decimal: {unlike(self.decimal, DECIMAL_MARKS)}")
         if self.unit is not None:
-            checked_unit("unit", self.unit)
+            object.__setattr__(self, "unit", checked_unit("unit", self.unit))
         if self.columns and self.pattern is not None:
             allowed = "one of them; a pattern's groups are its columns"
             raise OptionError(Option.COLUMNS, "a pattern, too", allowed)

@@ -1,7 +1,9 @@
 """Reads any recording: one of palpate, or a table of another program."""
 
+import math
 import os
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -153,6 +155,29 @@ def of_table(path: Path, table: Table, wanted: ReadOptions) -> ImportedRecording
         understood=found.understood,
     )
     return ImportedRecording(path, recording, found.unused)
+
+
+def with_soft_later(recording: OpenedRecording, later_ms: float | None) -> OpenedRecording:
+    """Return a recording whose soft readings are later than its times say, by some ms.
+
+    Raises
+    ------
+    ValueError
+        It is a recording of palpate, which has the times of both channels, or it has no times.
+    """
+    if later_ms is None:
+        return recording
+    name = "soft_later_ms"
+    if not math.isfinite(later_ms):
+        raise ValueError(f"{name}: got {later_ms}, allowed: ms")
+    is_table = isinstance(recording, ImportedRecording)
+    if not is_table or not recording.timed:
+        got = "a table without times" if is_table else "a recording of palpate"
+        allowed = "a table of another program, with times, or with --rate"
+        raise ValueError(f"{name}: got {got}, allowed: {allowed}")
+    whole = recording.in_memory()
+    shifted = replace(whole, t_soft_s=whole.t_soft_s + later_ms / 1000)
+    return ImportedRecording(recording.path, shifted, recording.unused)
 
 
 _OWN_NAMES = {"hard_pF", "soft_pF", "t_hard_s", "t_soft_s"}
