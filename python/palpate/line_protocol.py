@@ -216,7 +216,9 @@ def column(name: str) -> LineColumn:
     """
     text = name.strip()
     known = COLUMNS.get(text.casefold())
-    if known is None:
+    if text == "T":  # a temperature
+        known = None
+    elif known is None:
         known = _column_of_table(text)
     if known is None:
         raise Refused(f"what is {quoted(name)}? {_NAMES}")
@@ -391,7 +393,7 @@ class Grammar:
             require_pair(columns)
             return columns
         if any(labels):
-            raise Refused("it has cells with and without a name; a decimal comma is not read")
+            raise Refused(f"cells with and without a name; a decimal comma is not read; {_NAMES}")
         if len(cells) != 2:
             raise Refused(f"{len(cells)} cells without names: which are hard and soft? {_NAMES}")
         if self.form is None and not all("." in text for _, text in cells):

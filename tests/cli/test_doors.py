@@ -77,3 +77,30 @@ def test_a_masked_ratio_or_modulus_is_none() -> None:
         Calibration.fit(ratios, [0.1, 0.3, 0.9, 3.0])
     with pytest.raises(ValueError, match="moduli: got nan"):
         Calibration.fit([1.6, 2.8, 4.9, 8.3], np.ma.masked_equal([0.1, 0.3, 0.9, 3.0], 0.3))
+
+
+def test_figures_of_the_paper_from_own_recordings(tmp_path: Path) -> None:
+    folder = tmp_path / "specimens"
+    objects = ("soft=0.2", "middle=1.0", "firm=2.5", "hard=8.0")
+    options = [text for each in objects for text in ("--object", each)]
+    assert run("simulate", "-o", folder, *options, "--touches", "3").exit_code == 0
+    known = ("--moduli", folder / "moduli.csv")
+    words = {"10": "mean and standard deviation of 4", "11": "mean: rises", "12": "eq. (2):"}
+    for figure, text in words.items():
+        path = tmp_path / f"figure-{figure}.png"
+        done = run("plot", folder, *known, "--figure", figure, "-o", path)
+        assert done.exit_code == 0, done.stderr
+        assert path.read_bytes().startswith(b"\x89PNG")
+        assert f"12 touches on 4 specimens; {text}" in done.stdout
+    path = tmp_path / "other.png"
+    few = [folder / "soft.csv", folder / "hard.csv"]
+    for arguments, reason in (
+        ([*few, *known, "--figure", "12"], "moduli: got 2 specimens, allowed: 3 or more"),
+        ([*few], "FILE: got 2 recordings, allowed: one recording, or several with --figure"),
+        ([few[0], *known], "got them without --figure"),
+        ([*few, "--figure", "10"], "--moduli: missing"),
+    ):
+        done = run("plot", *arguments, "-o", path)
+        assert done.exit_code in (2, 4)
+        assert reason in done.stderr, done.stderr
+        assert not path.exists()

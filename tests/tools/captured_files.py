@@ -5,6 +5,7 @@ import zipfile
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
+from random import Random
 from typing import Any
 
 import openpyxl
@@ -64,7 +65,6 @@ def _keysight(t: float, hard: float, soft: float) -> str:
 
 
 _COUNTER = 2**32 - 10_000_000
-_BOTH = "hard {:.4f} pF"
 _ISO = "%Y-%m-%d %H:%M:%S"
 _FIRST = "hard is the first: columns=soft,hard if it is not"
 
@@ -209,7 +209,7 @@ FILES: dict[str, Captured] = {
     "a pattern": Captured(
         lines(lambda t, h, s: f"{stamp('%H:%M:%S.%L')(t)} -> A{h:.4f}pF B{s:.4f}pF"),
         {"pattern": "A(?P<hard>.*)pF B(?P<soft>.*)pF"},
-        asked="not a recording: no row of numbers",
+        asked="'A6.8999pF' is not a number",
     ),
     "names in another order": Captured(
         lines(lambda t, h, s: f"{s:.4f},{h:.4f}", "weich,hart\n"),
@@ -367,3 +367,80 @@ REFUSED: dict[str, tuple[bytes, str]] = {
     ),
 }  # fmt: skip
 """Each is refused in words."""
+
+_STAMPS: list[Callable[[float], str]] = [
+    lambda _: "",
+    *map(
+        stamp,
+        [
+            "%H:%M:%S.%L",
+            f"{_ISO}.%L",
+            f"{_ISO},%L",
+            "%Y-%m-%dT%H:%M:%S.%fZ",
+            f"[{_ISO}.%f]",
+            "%m/%d/%Y %I:%M:%S.%L %p",
+            "%d.%m.%Y %H:%M:%S.%L",
+            "%b %d %H:%M:%S.%f",
+            "%H:%M:%S",
+        ],
+    ),
+    lambda t: f"{BEGUN.timestamp() + t:.3f}",
+    lambda t: f"[{t:12.6f}]",
+]
+_BETWEEN = [" -> ", " ", "\t", ", ", ";", " INFO ", " - probe - DEBUG - ", " [RX] ", ": ", " > "]
+_UNITS = {"": 1.0, "_pF": 1.0, "_fF": 1e3, " (pF)": 1.0, " (FF)": 1e3, "_nF": 1e-3}
+
+
+def random_capture(random: Random) -> bytes:
+    """Return the measurement as a program may have captured it, at times with a fault."""
+    stamped = random.choice(_STAMPS)
+    between = random.choice(_BETWEEN)
+    unit = random.choice(list(_UNITS))
+    digits = random.choice([4, 5]) + (3 if unit == "_nF" else 0)
+    mark = random.choice(".......,")
+    delimiter = random.choice([",", ", ", ";", "\t", " ", " | "])
+    hard_name, soft_name = random.choice(
+        [
+            ("hard", "soft"),
+            ("C1", "C2"),
+            ("CIN1", "CIN2"),
+            ("cap1", "cap2"),
+            ("A", "B"),
+            ("", ""),
+            ("", ""),
+        ]
+    )
+    time_name = random.choice(["", "", "t_ms", "t_s", "time", "micros", "seq"])
+    sign = random.choice("=:")
+    swapped = bool(hard_name) and random.random() < 0.3
+    extra = random.choice([*[""] * 9, "T=25.1", "25.1", "ok"])
+    times = {
+        "t_ms": lambda t: f"{1e3 * t:.1f}",
+        "t_s": lambda t: f"{t:.4f}",
+        "time": lambda t: f"{t:.4f}",
+        "micros": lambda t: f"{1e6 * t + 2**32 - 9e6:.0f}",
+        "seq": lambda t: f"{T.index(t)}",
+    }
+
+    def line(t: float, hard: float, soft: float) -> str:
+        parts = []
+        if time_name:
+            value = times[time_name](t)
+            if time_name == "micros":
+                value = str(int(value) % 2**32)
+            parts.append(f"{time_name}{sign}{value}" if hard_name else value)
+        both = [(hard_name, hard), (soft_name, soft)]
+        for name, value in both[:: -1 if swapped else 1]:
+            text = f"{value * _UNITS[unit]:.{digits}f}".replace(".", mark)
+            parts.append(f"{name}{unit}{sign}{text}" if name else text)
+        if extra:
+            parts.append(extra)
+        begin = stamped(t)
+        return f"{begin}{between}{delimiter.join(parts)}" if begin else delimiter.join(parts)
+
+    rows = [line(*row) for row in zip(T, HARD, SOFT, strict=True)]
+    for text in random.choice([[], [], ["boot ok"], ["Temp 25.1", rows[300][:-3]], [""]]):
+        rows.insert(random.choice([0, 1, 300]), text)
+    end = random.choice(["\n", "\r\n"])
+    data = (end.join(rows) + end).encode(random.choice(["utf-8", "utf-8-sig", "utf-16"]))
+    return data[:-4] if random.random() < 0.2 else data

@@ -87,6 +87,8 @@ def _pair(cells: Cells) -> tuple[float, float] | None:
 
 def _role(label: str) -> tuple[str, str]:
     """Return what a name means, "" if nothing, and its unit."""
+    if label.strip() == "T":  # a temperature
+        return "", ""
     plain = {"millis": "t_ms", "micros": "t_us"}.get(label.strip().lower(), label.strip().lower())
     if plain in WHOLE:
         return plain, ""

@@ -1,4 +1,4 @@
-"""`palpate check`, `import`, `convert`, `plot` and `report`: commands for whole recordings."""
+"""`palpate check`, `import`, `convert` and `report`: commands for whole recordings."""
 
 import sys
 from collections.abc import Mapping, Sequence
@@ -34,9 +34,7 @@ from palpate.cli.paths import (
 from palpate.cli.shared_options import (
     INPUT,
     SourceOptions,
-    TrackerOptions,
     reading_options,
-    replaying_options,
     simulation_note,
     soft_later_option,
 )
@@ -51,7 +49,6 @@ from palpate.recording.opened import OpenedRecording
 from palpate.recording.reading import of_table, recorded, with_soft_later
 from palpate.recording.tables import open_table
 from palpate.recording.verification import Verification, check_opened
-from palpate.tracking import tracked
 
 _PREVIEW_ROWS = 4
 _PREVIEW_WIDTH = 24  # characters of a cell
@@ -253,7 +250,8 @@ def convert_command(
         "lost": recording.survey.refused,
         "notes": notes,
     }
-    _finish(recording, document, notes, f"{output}: {rows} rows")
+    shown = [recording.understood, *notes]
+    finish(recording.doubts, document, shown, f"{output}: {rows} rows")
 
 
 def _conversion_notes(recording: OpenedRecording) -> list[str]:
@@ -267,52 +265,13 @@ def _conversion_notes(recording: OpenedRecording) -> list[str]:
     return notes
 
 
-def _finish(
-    recording: OpenedRecording, document: dict[str, object], notes: list[str], text: str
+def finish(
+    doubts: Sequence[str], document: dict[str, object], notes: list[str], text: str
 ) -> NoReturn:
-    """Print result and notes, and exit: NOT_RELIABLE if the recording is not as it was written."""
-    print_notes(document["file"], dict.fromkeys([recording.understood, *notes]))
+    """Print result and notes, and exit: NOT_RELIABLE if a recording is not as it was written."""
+    print_notes(document["file"], dict.fromkeys(notes))
     print_result(document, text)
-    sys.exit(ExitCode.NOT_RELIABLE if recording.doubts else ExitCode.DONE)
-
-
-@click.command("plot")
-@click.argument("file", type=INPUT)
-@click.option("-o", "output", required=True, type=OUTPUT, help="NAME.png, NAME.pdf or NAME.svg.")
-@replaying_options
-@force_option
-@json_option
-def plot_command(
-    file: Path, output: Path, reading: SourceOptions, tracker: TrackerOptions, force: bool
-) -> None:
-    """Draw a recording, with the ratio of each touch.
-
-    Above are the changes of both channels over time, below is the ratio of each touch at its begin.
-    The touches are those of `palpate replay` with the same options. What is wrong with the
-    recording appears on standard error and in the notes of --json. Exit codes: 4, not a recording,
-    a damaged one, or the output exists; 5, drawn, but the recording is not as it was written; 6,
-    matplotlib is missing.
-
-    \b
-    Example:
-      palpate plot run.csv -o run.png
-    """  # noqa: D301
-    from palpate.display import plots
-
-    with usage_errors():
-        require_free([output], [file], force=force)
-        plots.require_figure_name(output)
-        recording = recorded(file, **reading.keywords())
-        found = tracked(recording, **tracker.for_recording(recording)).touches
-        plots.save_figure(recording.in_memory(), found, output)
-    notes = list(filter(None, (recording.understood, *found.notes)))
-    document: dict[str, object] = {
-        "file": str(file),
-        "written": str(output),
-        "touches": len(found),
-        "notes": notes,
-    }
-    _finish(recording, document, notes, f"{output}: {len(found)} touches")
+    sys.exit(ExitCode.NOT_RELIABLE if doubts else ExitCode.DONE)
 
 
 @click.command("report")

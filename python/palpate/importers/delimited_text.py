@@ -94,7 +94,6 @@ def _table_in(path: Path, text: str, decoding: list[str], options: ReadOptions) 
     named = map(ColumnData, header.names, columns)
     notes += [*header.notes, *decoding]
     table = Table(path, named, lines, notes, dialect.decimal_mark)
-    table.is_text = True
     table.has_names = any(header.names)
     table.unmatched_names = header.unmatched
     _refuse_texts(table, dialect)

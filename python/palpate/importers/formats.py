@@ -74,6 +74,11 @@ def read_table(path: Path, options: ReadOptions) -> Table:
         raise RecordingError(path, reason) from error
 
 
+def is_text(path: Path) -> bool:
+    """Return whether a file is a text, not a workbook or another format with its own marks."""
+    return not read_unpacked(path).startswith((_ZIP, _XDF, _PARQUET, _ARROW))
+
+
 def _reader(path: Path, data: bytes) -> Callable[[Path, bytes, ReadOptions], Table]:
     """Return the function that reads a format, from the first bytes of a file."""
     if data.startswith(_ZIP):
@@ -161,7 +166,6 @@ def _read_workbook(path: Path, data: bytes, options: ReadOptions) -> Table:
         texts += [""] * (width - len(texts))
         lines.append("\t".join(texts) + "\n")
     table = text_table(path, "".join(lines).encode(), options)
-    table.is_text = False
     table.notes += notes
     return table
 

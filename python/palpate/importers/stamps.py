@@ -19,7 +19,9 @@ _MILLISECONDS = re.compile(r"[EWIDV] \((?P<ms>\d+)\)")
 _FOURTH_PART = re.compile(r"^(\d{1,2}:\d\d:\d\d):(\d{1,9})")  # 14:22:10:370
 _LEVEL = re.compile(r"(?:TRACE|DEBUG|INFO|NOTICE|WARNING|WARN|ERROR|CRITICAL|FATAL)\b")
 # Between a stamp and the text of the board: an arrow, a level, the name of a logger or a port.
-_SIGN = re.compile(r"\s*(?:->|=>|>>|[>|:;-])(?=\s|$)\s*")
+_SIGN = re.compile(
+    r"\s*(?:->|=>|>>|[>|:;-])(?=\s|$)\s*|\s*[,;](?=\s*(?:[A-Za-z_][\w ()\[\]]*[=:]|\{))\s*"
+)
 _BRACKETED = re.compile(r"\s*[\[(<][A-Za-z][^\])>]*[\])>]:?\s*")
 _WORD = re.compile(r"\s*[A-Za-z_][\w\-]*(?:\.[A-Za-z_]\w*)*(?:\[\d+\])?:?(?=\s)\s*")
 _LEVEL_AND_NAME = re.compile(r"\s*[A-Z]+:[\w.\-]+:\s*")  # of Python's logging, by default

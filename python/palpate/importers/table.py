@@ -186,8 +186,6 @@ class Table:
 
     Attributes
     ----------
-    is_text : bool
-        Whether it is a text, whose lines may be those of a serial port.
     has_names : bool
         Whether its columns have names; else they are called by their position.
     unmatched_names : list of str
@@ -217,7 +215,6 @@ class Table:
         self.decimal_mark = decimal_mark
         self.metadata = metadata or {}
         self.columns = [Column(self, index, data) for index, data in enumerate(columns)]
-        self.is_text = False
         self.has_names = True
         self.unmatched_names: list[str] = []
         self.gap_rows: tuple[int, ...] = ()

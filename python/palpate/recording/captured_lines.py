@@ -32,6 +32,9 @@ from palpate.samples import Status
 
 _TRIED = 200  # lines that show whether the lines can be read
 _FEWEST = 0.5  # of the lines after the first one that is read
+_SHOWN = 20  # lines that show whether they have names
+_NAMED_CELL = re.compile(r"[A-Za-z_][\w ()\[\]]*[=:]\s*[-+.\d]")
+_DECIMAL_COMMA = re.compile(r"(?<=\d),(?=\d)")
 _NAME_LINES = 4  # above the first row
 _CHANNEL_WORD = re.compile(
     r"\b(?:hard|soft|c1|c2|cin\d?|cap\d?|capacitance\d?|ch\d)\b", re.IGNORECASE
@@ -149,6 +152,8 @@ def captured_table(path: Path, options: ReadOptions) -> Table:
     line_format = _line_format(options)
     stamped = split_stamps(text)
     lines = _lines_to_read(text, stamped, line_format)
+    if options.decimal == "comma":
+        lines = [_DECIMAL_COMMA.sub(".", line) for line in lines]
     grammar = Grammar(line_format)
     rows = _read_lines(path, lines, grammar, line_format)
     columns = _columns(rows, stamped, line_format)
@@ -165,18 +170,25 @@ def captured_table(path: Path, options: ReadOptions) -> Table:
     return table
 
 
-def captured_or_none(path: Path, options: ReadOptions, *, named: bool = False) -> Table | None:
-    """Return the lines of a file as a table; None if they cannot be read.
+def is_stamped(path: Path) -> bool:
+    """Return whether the lines of a file are behind stamps that are no column of a table."""
+    stamped = split_stamps(decoded(path, read_unpacked(path)).text)
+    return stamped is not None and stamped.is_foreign
 
-    With `named`, also if their numbers have no names.
-    """
-    try:
-        table = captured_table(path, options)
-    except (RecordingError, ValueError):
-        return None
-    if named and not table.has_names:
-        return None
-    return table
+
+def have_names(path: Path) -> bool:
+    """Return whether the lines of a file have names beside their values, or are JSON objects."""
+    text = decoded(path, read_unpacked(path)).text
+    stamped = split_stamps(text)
+    lines = (stamped.text if stamped else text).split("\n")
+    half = len(lines) // 2
+    named = 0
+    shown = list(filter(str.strip, lines[half : half + _SHOWN]))
+    for line in shown:
+        is_json = line.lstrip().startswith("{")
+        if is_json or len(_NAMED_CELL.findall(line)) > 1:
+            named += 1
+    return 2 * named > len(shown)
 
 
 def _line_format(options: ReadOptions) -> LineFormat:
@@ -263,6 +275,8 @@ def _refuse_file(path: Path, lines: list[str], line_format: LineFormat) -> None:
             grammar.read(line.strip().encode())
         except Refused as reason:
             message = f"{quoted(line.strip())} is not read as a line of a serial port: {reason}"
+            if "decimal comma" in str(reason):
+                message += "; of a file: --decimal comma"
             raise RecordingError(path, message, number) from reason
     raise RecordingError(path, "not a recording: hardly any line can be read")
 

@@ -4,9 +4,9 @@ from pathlib import Path
 
 from palpate.errors import RecordingError
 from palpate.importers.channels import has_channel_names
-from palpate.importers.formats import read_table
+from palpate.importers.formats import is_text, read_table
 from palpate.importers.table import OptionError, ReadOptions, Table
-from palpate.recording.captured_lines import captured_or_none, captured_table
+from palpate.recording.captured_lines import captured_table, have_names, is_stamped
 
 
 def open_table(path: Path, options: ReadOptions) -> Table:
@@ -24,18 +24,30 @@ def open_table(path: Path, options: ReadOptions) -> Table:
     """
     if options.of_lines:
         return captured_table(path, options)
+    table: Table | None = None
+    problem: Exception | None = None
     try:
         table = read_table(path, options)
-    except (RecordingError, OptionError):
-        if options.named_columns:
-            raise
-        captured = captured_or_none(path, options)
-        if captured is None:
-            raise
-        return captured
-    if options.named_columns or options.soft or not table.is_text:
+    except (RecordingError, OptionError) as error:
+        problem = error
+    if options.named_columns or options.soft or not is_text(path):
+        return _table_or_error(table, problem)
+    if table is not None and has_channel_names(table):
         return table
-    if has_channel_names(table):
+    try:
+        captured = captured_table(path, options)
+    except (RecordingError, ValueError):
+        if have_names(path) or (table is None and is_stamped(path)):
+            raise  # its reason is the one that helps
+        return _table_or_error(table, problem)
+    are_numbers = not captured.has_names
+    if are_numbers and table is not None and (table.has_names or table.unmatched_names):
         return table
-    is_named = table.has_names or bool(table.unmatched_names)
-    return captured_or_none(path, options, named=is_named) or table
+    return captured
+
+
+def _table_or_error(table: Table | None, problem: Exception | None) -> Table:
+    if table is not None:
+        return table
+    assert problem is not None
+    raise problem
