@@ -17,12 +17,12 @@ from typing import Any, Self
 import palpate
 import pytest
 import uvicorn
-from live_bench import HOST, ORIGIN, OWN, PORT
+from live_bench import HOST, ORIGIN, OWN, PORT, begun, client
 from live_browser import Browser
 from live_server import PATIENCE_S, Live
 from palpate.live import feed, measurement, peers
 from palpate.live.access import HEADERS, Gatekeeper
-from palpate.live.app import PageApp
+from palpate.live.app import PageApp, page_files
 from palpate.live.server import WS
 from recording_bench import soon
 
@@ -139,6 +139,17 @@ def test_the_path_has_the_token(path: str, wanted: int) -> None:
         assert headers[b"location"] == f"/{TOKEN}/".encode()
 
 
+def test_a_wrong_token_shows_a_page_that_says_what_to_type(page: Browser) -> None:
+    with Live() as live:
+        page.driver.get(f"{live.origin}{live.token[:-1]}/")
+        text = page.run("return document.body.innerText")
+        assert "This address is not valid." in text
+        assert "palpate live prints a new address" in text
+        ground = "return getComputedStyle(document.querySelector('main')).backgroundColor"
+        assert page.run(ground) == "rgb(255, 255, 255)"  # its own style is let through
+        assert not [one for one in page.complaints() if "403" not in one]
+
+
 def test_only_files_of_the_page_are_served() -> None:
     bench: Any = SimpleNamespace(
         measurement=SimpleNamespace(
@@ -150,6 +161,22 @@ def test_only_files_of_the_page_are_served() -> None:
                          ("/charts/../../server.py", 404), ("/index.html", 404), ("/recording/..%2Fsecret.csv", 404)]:  # fmt: skip
         assert (status(app, "http", path), status(locked, "http", path)) == (wanted, 403)
         assert status(locked, "http", f"/{TOKEN}{path}") == wanted
+
+
+def test_the_page_is_sent_compressed_to_a_browser_that_takes_it(tmp_path: Path) -> None:
+    """The whole page is at most 240 kB on the wire, and the same with and without compression."""
+    bench = begun("sim:tremor", tmp_path, record=False)
+    page = client(bench)
+    total = 0
+    for path, file in page_files().items():
+        plain = page.get(path, headers={"Accept-Encoding": "identity"})
+        packed = page.get(path, headers={"Accept-Encoding": "gzip"})
+        assert plain.content == packed.content == file.content
+        assert "Content-Encoding" not in plain.headers
+        assert packed.headers["Content-Encoding"] == "gzip"
+        total += int(packed.headers["Content-Length"])
+    bench.measurement.close()
+    assert total < 240_000
 
 
 def test_the_limits_are_those_that_the_pages_promise() -> None:
@@ -179,7 +206,7 @@ def test_another_server_of_this_machine_gets_no_token(
 ) -> None:
     """A cookie knows no port; the page therefore has none, and says nobody where it was."""
     live = serve()
-    page.driver.get(live.address)
+    page.driver.get(live.lab)
     page.until(lambda: page["simulated"].is_displayed())
     heard = []
     with socket.create_server((HOST, 0)) as other:
