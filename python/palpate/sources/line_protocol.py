@@ -245,8 +245,12 @@ class LineOptions(Options):
     """Options for the lines: the cells in order, or a regular expression with them as groups."""
 
     columns: tuple[LineColumn, ...] = option(_parse_columns, ())
+    """Names of the cells of a line, in order. Default: from the first lines."""
     pattern: re.Pattern[str] | None = option(_parse_pattern, None)
+    """A regular expression with groups of these names, in place of `columns`."""
     unit: LineUnit = option(_parse_unit, LineUnit())
+    """Unit of the values, or the size of one count of a converter in pF. Default: pF, or as the names
+    say."""
 
     def __post_init__(self) -> None:
         """Check that the cells are not named twice."""

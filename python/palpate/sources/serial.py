@@ -50,8 +50,11 @@ class SerialOptions(LineOptions):
     """Options of `serial:`."""
 
     baud: int = option(whole_number(50, 4_000_000), 115200)
+    """Speed of the port, bits a second."""
     reset: bool = option(yes_no, True)
+    """Whether opening the port may reset the board; no: DTR and RTS stay inactive."""
     replug: float = option(number(0, 86400), 30.0)
+    """Longest time to wait for a port that was unplugged, s."""
 
 
 def port_error(port: str, error: Exception, system: str = sys.platform) -> SourceError:
