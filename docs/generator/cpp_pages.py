@@ -8,9 +8,10 @@ import palpate
 
 from docs.generator.cpp_headers import Declaration, Reader, enumerators, without_template
 from docs.generator.docstrings import paragraphs
-from docs.generator.markdown import block, code, page
+from docs.generator.markdown import block, code, page, slug, table
 
 _WIDEST = 100
+_FIRST = ("rls", "handover", "adaptive_window", "vector_rls", "scenes", "tracker", "embedded")
 PART_HEADERS = {
     *("noise_model", "two_sided_cusum", "robust_line", "normal_equations", "pending_change"),
     *("code_steps", "ratio_error", "slow_noise", "front", "decimator", "outliers", "standstill"),
@@ -29,9 +30,24 @@ has all headers but `palpate/design.hpp`."""
 
 
 def headers() -> list[Path]:
-    """Return the public headers, in the order of their names."""
-    folder = Path(palpate.get_include()) / "palpate"
-    return sorted(path for path in folder.rglob("*.hpp") if path.stem not in PART_HEADERS)
+    """Return the public headers: those for a user first, then in the order of their names."""
+    found = []
+    for path in (folder() / "palpate").rglob("*.hpp"):
+        if path.stem not in PART_HEADERS:
+            found.append(path)
+    return sorted(found, key=lambda path: (place_of(path), path))
+
+
+def folder() -> Path:
+    """Return the folder of the headers."""
+    return Path(palpate.get_include())
+
+
+def place_of(path: Path) -> int:
+    """Return where a header is on the page."""
+    if path.stem in _FIRST:
+        return _FIRST.index(path.stem)
+    return len(_FIRST)
 
 
 def read_header(path: Path) -> list[Declaration]:
@@ -52,13 +68,17 @@ def is_shown(declaration: Declaration) -> bool:
 def cpp_page() -> str:
     """Return the page."""
     parts = ["# C++ reference", _INTRODUCTION]
-    folder = Path(palpate.get_include())
+    rows = []
+    sections = []
     for path in headers():
         shown = list(described_declarations(read_header(path), "palpate", path.name))
         if shown:
-            name = path.relative_to(folder).as_posix()
-            parts += [f"## {code(f'#include <{name}>')}", *shown]
-    return page(parts)
+            name = path.relative_to(folder()).as_posix()
+            heading = code(f"#include <{name}>")
+            names = [line.removeprefix("### ") for line in shown if line.startswith("### ")]
+            rows.append((f"[{code(name)}](#{slug(heading)})", ", ".join(names)))
+            sections += [f"## {heading}", *shown]
+    return page([*parts, table(("header", "names"), rows), *sections])
 
 
 def described_declarations(

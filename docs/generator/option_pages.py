@@ -187,8 +187,9 @@ def scene_table() -> str:
         row = [code(name)]
         for scene in scenes:
             row.append(shown_setting(defaults[scene].get(name, "")))
-        rows.append([*row, prose(entry.kind), prose(" ".join(entry.text.split()))])
-    return table(("setting", *scenes, "type, unit, range", "meaning"), rows)
+        text = prose(" ".join(entry.text.split()))
+        rows.append([*row, f"{text} ({prose(entry.kind)})"])
+    return table(("setting", *scenes, "meaning (type, unit, range)"), rows)
 
 
 def tracker_of(scene: Any) -> palpate.Tracker:

@@ -50,7 +50,11 @@ class Member:
 
 def api_page(described: ApiPage) -> str:
     """Return a page."""
-    parts = [f"# {described.title}", described.introduction]
+    rows = []
+    for name in described.names():
+        summary = parse(inspect.getdoc(resolve_name(name)) or "").summary
+        rows.append((code(name), prose(summary)))
+    parts = [f"# {described.title}", described.introduction, table(("name", "is or does"), rows)]
     for group, names in described.groups.items():
         parts.append(f"## {group}")
         for name in names:

@@ -127,6 +127,16 @@ class Calibration(StoredCalibration, Plotted):
         Comparisons with specimens of known modulus since then.
     stiffening_share : float, 0 to 1
         Share of the touches with the flag "stiffens".
+
+    Examples
+    --------
+    >>> import palpate
+    >>> ratios = [1.98, 2.02, 2.97, 3.03, 3.95, 4.05, 4.94, 5.06]
+    >>> moduli = [0.18, 0.18, 0.46, 0.46, 1.0, 1.0, 2.5, 2.5]  # MPa, of the touched specimens
+    >>> calibration = palpate.Calibration.fit(ratios, moduli)
+    >>> modulus = calibration.modulus(3.5, standard_error=0.01)
+    >>> modulus.low < modulus.value < modulus.high, round(modulus.value, 2)
+    (True, 0.69)
     """
 
     @classmethod
