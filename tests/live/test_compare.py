@@ -4,6 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 from shutil import copy
 
+import page_looks
 import palpate
 import pytest
 from command_lines import run
@@ -11,7 +12,7 @@ from live_bench import OWN_FILE
 from live_browser import Browser
 from live_server import Live
 from palpate.live.compare import compared
-from palpate.live.feed import RefusedCommand
+from palpate.live.protocol import RefusedCommand
 from palpate.recording import sidecar
 from palpate.recording.session import Entry, Plan
 from selenium.webdriver.common.keys import Keys
@@ -43,24 +44,26 @@ def three(tmp_path: Path) -> list[Path]:
 
 def test_touches_by_specimen_with_what_agreement_says(three: list[Path]) -> None:
     found = compared(three, None)
-    assert (found["agree"], found["of"]) == (1, 3)
+    assert (found.agree, found.of) == (1, 3)
     ratios = [one.ratio for one in TOUCHES]
     for name, touches in (("a", [0, 0, 1]), ("b", [1, 1, 0]), ("c", [2, 2, 2]), ("d", [3])):
-        [one] = [each for each in found["specimens"] if each["name"] == name]
+        [one] = [each for each in found.specimens if each.name == name]
         wanted = palpate.agreement([TOUCHES[at] for at in touches])
-        shown = one["agreement"]
-        assert (shown["agree"], shown["probability"], shown["ratio"]) == (
+        shown = one.agreement
+        assert shown
+        assert (shown.agree, shown.probability, shown.ratio) == (
             wanted.agree,
             wanted.probability,
             wanted.ratio,
         )
-        assert [(each["file"], each["number"], each["ratio"]) for each in one["touches"]] == [
+        assert [(each.file, each.number, each.ratio) for each in one.touches] == [
             (file, at + 1, ratios[at]) for file, at in enumerate(touches)
         ]
         if name in "ab":
             away = ratios[touches[2]] / ratios[touches[0]] - 1
-            assert (one["farthest"], one["apart"]) == (2, pytest.approx(away))
-    assert [(file["kept"], file["touches"]) for file in found["files"]] == [(4, 4), (3, 4), (3, 4)]
+            assert one.farthest == 2
+            assert one.apart == pytest.approx(away)
+    assert [(file.kept, file.touches) for file in found.files] == [(4, 4), (3, 4), (3, 4)]
 
 
 def test_what_cannot_be_compared_says_why(three: list[Path], tmp_path: Path) -> None:
@@ -68,7 +71,8 @@ def test_what_cannot_be_compared_says_why(three: list[Path], tmp_path: Path) -> 
         compared(three[:1], None)
     unnamed = compared([named(tmp_path / name, *[None] * 4) for name in ("x.csv", "y.csv")], None)
     # by the names of the files
-    assert (unnamed["of"], [one["name"] for one in unnamed["specimens"]]) == (0, ["x", "y"])
+    assert (unnamed.of, [one.name for one in unnamed.specimens]) == (0, ["x", "y"])
+    assert compared(three, None).same is None  # specimens are in several of them
     for files in (three * 2, three[:1] * 2, [three[0], "sim:tremor"]):
         assert "allowed: 4 recordings at most, each once" in run("live", *files).stderr
 
@@ -94,3 +98,23 @@ def test_the_page_answers_first_and_goes_to_what_differs(
     page.until(lambda: page["timeline"].is_displayed() and not page["compare"].is_displayed())
     page.press("c")
     page.until(lambda: page["compare"].is_displayed())
+
+
+def test_recordings_without_names_are_compared_as_one_object(
+    page: Browser, serve: Callable[..., Live], tmp_path: Path
+) -> None:
+    """The touches are on four objects: they differ; those on one of them agree."""
+    paths = [named(tmp_path / name, *[None] * 4) for name in ("x.csv", "y.csv")]
+    same = compared(paths, None).same
+    assert same is not None
+    assert same.agreement is not None
+    wanted = palpate.agreement(TOUCHES * 2)
+    assert same.agreement.agree is wanted.agree is False
+    assert (same.agreement.ratio, len(same.touches)) == (wanted.ratio, 8)
+    page.driver.get(serve(str(paths[1]), source=str(paths[0])).address)
+    page.until(lambda: page["compare"].is_displayed())
+    [button] = page.all("#compare .same")
+    assert button.text == "Are A and B the same object?"
+    button.click()
+    assert page.text("compare").startswith("0 of 1\nA and B differ: not the same object")
+    assert page_looks.audit(page.driver) == []

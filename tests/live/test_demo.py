@@ -38,8 +38,8 @@ def test_rounds_of_a_slow_computer_are_those_of_a_fast_one(
     said = set[tuple[str, str]]()
     measurement.start()
     while measurement.number < 3:
-        state = bench.state()
-        said.add((state["now"]["word"], state["line"]["level"]))
+        state = bench.shown()
+        said.add((state.now.word, state.line.level))
         time.sleep(0.05)  # half of what the slow computer stands still: no word is missed
     measurement.close()
     assert said == {(word, "note") for word in ("Waiting", "Holding", "Lifting", "Lifted")}
@@ -67,8 +67,8 @@ def test_it_keeps_to_the_clock() -> None:
 
 def test_the_first_picture_without_a_board(serve: Callable[..., Live], page: Browser) -> None:
     live = serve("--no-token", source="")
-    page.driver.get(live.address)
-    page.until(lambda: page.text("pm").startswith("±"))
+    page.driver.get(live.lab)
+    page.until(lambda: "±" in page.text("range"))
     shown = page["simulated"].text, page.text("says"), page.text("nexthead"), page.text("nextname")
     assert shown[0] == "Simulation"
     assert shown[1].startswith(
