@@ -12,6 +12,7 @@ from palpate._core import scenes
 from palpate.flags import Flag
 from palpate.simulation.board_input import board_scenarios
 from palpate.sources.board import I2cOptions, UsbOptions
+from palpate.sources.demo import DemoOptions
 from palpate.sources.iio import IioOptions
 from palpate.sources.lsl import LslOptions
 from palpate.sources.options import Options
@@ -44,6 +45,12 @@ SCHEMES: Mapping[str, Scheme] = {
         "The same driver with a simulated evaluation kit and a simulated probe.",
         "sim:tremor?seed=1&speed=1",
         SimOptions,
+    ),
+    "demo": Scheme(
+        "demo:",
+        "The same simulated probe, pressed by hand on the page of `palpate live demo:`.",
+        "demo:?seed=1",
+        DemoOptions,
     ),
     "i2c": Scheme(
         "i2c:/dev/i2c-N", "The chip on a Linux I2C bus.", "i2c:/dev/i2c-1?capf=4", I2cOptions
