@@ -207,8 +207,8 @@ API_SIMULATION = ApiPage(
     "api_simulation.md",
     "Python API: simulation and design",
     """\
-[The simulation](../simulation.md) explains the parts of a scenario; [Designing a
-threshold](../threshold.md) the design of a detector.""",
+[The simulation](../simulation.md) explains the parts of a scenario, [Two
+signals](../two_signals.md) the design of a detector.""",
     {
         "Simulation": [
             "palpate.simulation.scenarios.run",
