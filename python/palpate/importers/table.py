@@ -319,8 +319,8 @@ class ReadOptions:
     """
 
     columns: Mapping[str, str | int] | str | None = None
-    """Names or positions of "hard", "soft", "time" and "soft_time"; or, of captured lines, the names
-    of the cells in order, as "t_ms,hard,soft"."""
+    """Names or positions of "hard", "soft", "time" and "soft_time". Of captured lines: the names of
+    the cells in order, as "t_ms,hard,soft"."""
     unit: str | None = None
     """Unit of both signals."""
     time_unit: str | None = None
