@@ -264,7 +264,7 @@ def test_a_guided_calibration_is_saved_and_used(page: Browser, shown: Shown) -> 
     button("Save the calibration").click()
     heard(page, server, do="save calibration")
     server.tell(
-        "calibration", **server.state.told["calibration"] | {"saved": "probe.toml", "sound": True}
+        "calibration", **server.state.told["calibration"] | {"saved": "Saved as probe.toml.", "sound": True}
     )
     page.until(lambda: "Saved as probe.toml" in page.text("fitwords"))
     server.tell("calibration", on=False)
