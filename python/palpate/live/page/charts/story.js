@@ -108,7 +108,7 @@ export class StoryPlot extends SvgChart {
       soft: samplesIn(block, "soft", from, to),
       hard: samplesIn(block, "hard", from, to),
     };
-    const values = [...curves.hard, ...curves.soft].map(([, value]) => value);
+    const values = [...curves.hard, ...curves.soft].flat().map(([, value]) => value);
     const high = Math.max(1e-6, ...values);
     const low = Math.min(0, ...values);
     const pad = 0.06 * (high - low);
@@ -122,10 +122,12 @@ export class StoryPlot extends SvgChart {
         label(left - 6, y(value) + 4 * k, text.replace("-", "−"), "", "end")
       );
     });
-    const drawn = Object.entries(curves).map(([name, points]) => {
-      const path = points.map(([t, value]) => [x(t), y(value)]);
-      return line(path, name, name === "hard" ? 2.2 : 1.6);
-    });
+    const drawn = Object.entries(curves).flatMap(([name, pieces]) =>
+      pieces.map((points) => {
+        const path = points.map(([t, value]) => [x(t), y(value)]);
+        return line(path, name, name === "hard" ? 2.2 : 1.6);
+      }),
+    );
     const title = panelTitle(
       ["Capacitance change, pF", "Change, pF"],
       left,
