@@ -108,7 +108,7 @@ export class Annotations {
 const POINTS = 400;
 const SAMPLES = 400; // bins of a curve that has more samples
 const SLACK_S = 1e-6; // the times of rows and of touches are rounded
-const ENDING_S = 0.5; // a touch that has just ended is shown on, until the server tells its result
+const ENDING_S = 0.5; // a touch that has just ended stays until its result arrives
 
 // A touch that goes on: since its first row after the last completed touch. null: none.
 export function runningOf(store, last) {
@@ -132,8 +132,8 @@ export function runningOf(store, last) {
   };
 }
 
-// [{ t (s from the start), ratio, error, statistic }] of rows of a block in [start, end]: at most so many; of several the last one, and
-// the highest statistic, so that no alarm is missed.
+// [{ t (s from the start), ratio, error, statistic }] of rows of a block in [start, end]: at most `POINTS`. Of several rows the last
+// one, and the highest statistic, so that no alarm is missed.
 export function fromRows(block, start, end) {
   const first = indexOf(block, start - SLACK_S);
   const stop = indexOf(block, end + SLACK_S);

@@ -147,10 +147,8 @@ export class StoryPlot extends SvgChart {
     const { k, touch, curve, left, right, panels } = shown;
     const { top, foot } = panels[1];
     const title = this.lab ? "" : panelTitle(ESTIMATE, left, right, top, k);
-    if (curve.length < 2 || !Number.isFinite(touch.ratio)) {
-      return (
-        title + label(left + 8, (top + foot) / 2, "No ratio can be estimated from this touch.")
-      );
+    if (curve.length < 2 || !Number.isFinite(touch.ratio) || touch.ratio === 0) {
+      return title + label(left + 8, (top + foot) / 2, "No estimate of the ratio.");
     }
     const known = percentages(shown);
     const y = percentAxis(known.scale, top, foot);
