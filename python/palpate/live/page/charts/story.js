@@ -9,7 +9,7 @@ import { placesOf, stepOf, ticks, timeStep } from "./axes.js";
 import { unit } from "./canvas.js";
 import { cutMarks, detectorStrip, estimateCurve, percentAxis, percentages } from "./estimate.js";
 import { nearest } from "./plot.js";
-import { SvgChart, box, clipped, label, line, measure, ruler } from "./svg.js";
+import { SvgChart, box, clipped, label, line, measure, ruler, valueAxis } from "./svg.js";
 
 const TITLE = 18; // units of height
 const SHARES = [0.46, 0.36, 0.18]; // of the height: channels, estimate, detector
@@ -115,13 +115,12 @@ export class StoryPlot extends SvgChart {
     const { top, foot } = panel;
     const y = (value) => foot - ((value - low + pad) / (high - low + 2 * pad)) * (foot - top);
     const step = stepOf(high - low, Math.max(2, (foot - top) / (34 * k)));
-    const axis = ticks(low, high, step).map((value) => {
+    const textOf = (value) => {
       const text = step < 1e-4 ? value.toExponential(0) : value.toFixed(placesOf(step));
-      return (
-        ruler(left, y(value), right, y(value), Math.abs(value) < step / 2 ? "past" : "grid") +
-        label(left - 6, y(value) + 4 * k, text.replace("-", "−"), "", "end")
-      );
-    });
+      return text.replace("-", "−");
+    };
+    const isZero = (value) => Math.abs(value) < step / 2;
+    const axis = valueAxis(ticks(low, high, step), { k, left, right }, y, textOf, isZero);
     const drawn = Object.entries(curves).flatMap(([name, pieces]) =>
       pieces.map((points) => {
         const path = points.map(([t, value]) => [x(t), y(value)]);
@@ -138,9 +137,7 @@ export class StoryPlot extends SvgChart {
     const key =
       label(right, top - 5 * k, "hard ━", "hardkey", "end") +
       label(right - 60 * k, top - 5 * k, "soft ━", "softkey", "end");
-    return (
-      axis.join("") + clipped(left, top, right - left, foot - top, drawn.join("")) + title + key
-    );
+    return axis + clipped(left, top, right - left, foot - top, drawn.join("")) + title + key;
   }
 
   estimate(shown) {
@@ -155,16 +152,14 @@ export class StoryPlot extends SvgChart {
     const x = (t) => shown.x(t + shown.start);
     const span = (Math.abs(known.zero) * known.scale) / 100;
     const step = stepOf(2 * span, Math.max(2, (foot - top) / (30 * k)));
-    const axis = ticks(known.zero - span, known.zero + span, step).map((ratio) => {
-      const at = y(known.deviation({ ratio }));
-      const text = ratio.toFixed(placesOf(step)).replace("-", "−");
-      return ruler(left, at, right, at, "grid") + label(left - 6, at + 4 * k, text, "", "end");
-    });
+    const ratios = ticks(known.zero - span, known.zero + span, step);
+    const at = (ratio) => y(known.deviation({ ratio }));
+    const textOf = (ratio) => ratio.toFixed(placesOf(step)).replace("-", "−");
     const own = { ...shown, ...known, x, y, top, base: foot };
     this.shown.scale = known.scale;
     const curves = this.earlier(own) + estimateCurve(own);
     return (
-      axis.join("") +
+      valueAxis(ratios, shown, at, textOf) +
       ruler(left, y(0), right, y(0), "past") +
       clipped(left, top, right - left, foot - top, curves) +
       cutMarks(own) +
