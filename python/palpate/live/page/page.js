@@ -176,9 +176,8 @@ function enable(type) {
 
 function sourceWords() {
   const { hello, state } = known;
-  const words = [];
-  words.push(hello.file?.name, (!hello.simulation && hello.device) || hello.source, hello.scene, ...(hello.stated ?? []));
-  words.push(state.recording?.name);
+  const device = (!hello.simulation && hello.device) || hello.source;
+  const words = [hello.file?.name, device, hello.scene, ...(hello.stated ?? []), state.recording?.name];
   return words.filter(Boolean).join(" · ");
 }
 

@@ -27,7 +27,7 @@ export class StatusLine {
     $("says").title = text;
     document.body.classList.toggle("looking", Boolean(looking));
     put($("pause").firstChild, looking ? "Live " : "Pause ");
-    put("since", sinceWords(what, since));
+    put("since", since && what !== "finished" ? `for ${clock(since)}` : "");
     $("understood").hidden = Boolean(this.down) || what !== "slow";
     put("alarm", level === "fault" ? `${title} ${text}` : "");
     document.title = this.titleOf(known, level, title);
@@ -58,10 +58,6 @@ export class StatusLine {
     clearTimeout(this.waiting);
     if (text) this.waiting = setTimeout(() => this.answer(""), ANSWER_MS);
   }
-}
-
-function sinceWords(what, since) {
-  return since && what !== "finished" ? `for ${clock(since)}` : "";
 }
 
 // What is between two ` is a command.

@@ -61,7 +61,6 @@ export class Table {
       this.rows = found ?? touches.rows.toReversed();
       this.widest = widest(touches.rows);
     }
-    put($("touches").querySelectorAll("th")[5], settings.unit);
     const named = session.specimens.length || touches.rows.some(({ specimen }) => specimen);
     const compared = touches.rows.some(({ deviation }) => Number.isFinite(deviation));
     $("touches").classList.toggle("unnamed", !named);
