@@ -11,9 +11,9 @@ from live_browser import Browser
 from live_server import Live
 from page_looks import CUT, SIDEWAYS, audit
 from palpate.live.commands import LiveWorkbench
-from palpate.live.files import RunFiles
 from palpate.live.measurement import LiveMeasurement, opener
 from palpate.live.page_commands import PlanCommand, PressCommand, ReleaseCommand
+from palpate.live.run_files import RunFiles
 from palpate.recording.sidecar import load
 from palpate.sources.demo import SPECIMENS
 from recording_bench import soon

@@ -9,7 +9,7 @@ from live_browser import SIZES, Browser
 from page_data import RATE, State, state
 from page_states import Canned, opened
 from palpate import number_format
-from palpate.live.feed import ROW, RowFlag
+from palpate.live.page_frames import ROW, RowFlag
 from selenium.webdriver.common.keys import Keys
 
 Shown = Callable[..., Canned]

@@ -12,8 +12,8 @@ from live_bench import OWN_FILE, Bench, begun
 from live_browser import Browser
 from page_data import state
 from page_states import Canned, opened
-from palpate.live.levels import MultiresolutionRows
-from palpate.live.open_page import PageClient
+from palpate.live.client import PageClient
+from palpate.live.multiresolution import MultiresolutionRows
 from palpate.live.plan import PlannedTouch
 from palpate.live.protocol import ShownScatter, TouchesMessage
 from recording_bench import soon

@@ -7,13 +7,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 from palpate.flags import Flag, Suspicion, advice
-from palpate.live.judged import JudgedChannels
-from palpate.live.measurement import LiveMeasurement
-from palpate.live.plan import TouchPlan
-from palpate.live.protocol import Instruction, NextTouch, ShownLine, StatusState
-from palpate.live.signal_state import SignalFollower
-from palpate.live.source_watch import SourceWatch
-from palpate.live.state_rules import (
+from palpate.live.channel_status import SignalFollower
+from palpate.live.instruction_rules import (
     SILENT_S,
     LastTouch,
     PairRate,
@@ -22,6 +17,11 @@ from palpate.live.state_rules import (
     slow,
     view_of,
 )
+from palpate.live.judged import JudgedChannels
+from palpate.live.measurement import LiveMeasurement
+from palpate.live.plan import TouchPlan
+from palpate.live.protocol import Instruction, NextTouch, ShownLine, StatusState
+from palpate.live.source_watch import SourceWatch
 from palpate.live.touch_rows import TouchTable
 from palpate.sources import Conditions, Gap, Source, TroubleBegan, TroubleEnded, TroubleKind
 from palpate.stream import Listener, Stream, StreamCounters

@@ -8,8 +8,8 @@ from typing import NamedTuple
 from palpate import number_format
 from palpate.flags import Flag
 from palpate.judgements import Judgement
+from palpate.live.channel_status import ChannelSeen, SignalSeen
 from palpate.live.protocol import Instruction, NextTouch, ReviewedFile, ShownLine, StatusState
-from palpate.live.signal_state import ChannelSeen, SignalSeen
 from palpate.uncertainty import Uncertainty
 
 RELEASED_S = 0.3  # a channel shows no press for this time while the other one is at its limit
