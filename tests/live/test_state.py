@@ -33,7 +33,7 @@ from palpate.simulation import Press, Scenario, hand
 from palpate.source_events import Gap, GapCause, TroubleBegan, TroubleEnded, TroubleKind
 from palpate.stream import Stream
 
-WORDS = {"Touch", "Hold", "Lift", "Repeat", "Stop", "Tare", "Wait", "File", "Done", "Ended"}
+WORDS = {"Touch", "Hold", "Lift", "Repeat", "Stop", "Tare", "Wait", "File", "Done", "Look", "Ended"}
 DONE = ("40 of 40 done.", "Calibration saved.", "10 specimens; none left out")
 GOOD = LastTouch(20, "ratio 2.50 ± 0.03")
 OFFSET = replace(
@@ -110,6 +110,7 @@ CASES: list[tuple[StatusInputs, str, str, str, str]] = [
     (facts(forced=True), "ready", "Touch", "quiet", "Ready, if nothing was touched at Tare anyway; else lift the probe"),
     (facts("ended"), "ended", "Ended", "note", "no more samples"),
     (facts("no contact", finished=DONE), "finished", "Done", "note", "Calibration saved."),
+    (facts("no contact", finished=DONE, doubt="Look at touch 3: it fits gel better."), "look", "Look", "caution", "Look at touch 3"),
     (facts("ended", finished=DONE, pace=SLOW), "finished", "Done", "note", "Calibration saved."),
     (facts("ended", finished=DONE, error="disk full"), "ended", "Stop", "fault", "Disk full. Measure again"),
     (facts(retaken=True), "baseline", "Touch", "caution", ""),

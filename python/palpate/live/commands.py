@@ -287,6 +287,7 @@ class LiveWorkbench(Workbench):
         self.status = ConnectionState(measurement, self.plan, self.table, watch=watch)
         self.device = Device(measurement, self.status, source)
         self.guided = GuidedCalibration(measurement, self.plan, watch, self.publish)
+        self.status.calibration_doubt = self.guided.doubt
         self.check = SpecimenCheck(measurement, self.plan, watch)
 
     def look(self) -> bool:

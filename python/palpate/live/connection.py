@@ -41,6 +41,11 @@ _BEGINS = StatusState(
 _CONTACT = ("contact", "adapting")
 
 
+def _no_doubt() -> str:
+    """Return no doubt about a calibration."""
+    return ""
+
+
 class ConnectionState(Listener):
     """What to do, what is wrong, and what a screen reader reads, as of the last `look`.
 
@@ -60,6 +65,7 @@ class ConnectionState(Listener):
         self._table = table
         self._clock = clock
         self._watch = watch
+        self.calibration_doubt: Callable[[], str] = _no_doubt
         # when the computer was found to be slow; -inf: that was understood, or is over
         self._slow_s = math.inf
         self._signal = SignalFollower(measurement, clock)
@@ -167,6 +173,7 @@ class ConnectionState(Listener):
             result=self._result(),
             next=self._next(state),
             finished=self._plan.finished(),
+            doubt=self.calibration_doubt(),
             slow_is_known=self._slow_s == -math.inf,
         )
         if self._watch:

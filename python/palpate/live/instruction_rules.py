@@ -104,6 +104,7 @@ class StatusInputs:
     next: NextTouch | None = None
     # all specimens are done: title and text of the line, what was done
     finished: tuple[str, str, str] | None = None
+    doubt: str = ""  # why the calibration of the finished specimens is not good
 
     @property
     def pressed(self) -> bool:
@@ -447,6 +448,9 @@ def calm(inputs: StatusInputs) -> tuple[Instruction, StatusLine]:
         return _measuring_baseline(inputs)
     if inputs.finished:
         title, text, sub = inputs.finished
+        if inputs.doubt:
+            line = StatusLine("look", "caution", "Not good yet.", inputs.doubt)
+            return Instruction("Look", "touch again, or correct the list", "caution"), line
         return Instruction("Done", sub, "good"), StatusLine("finished", "note", title, text)
     return _ready(inputs)
 
