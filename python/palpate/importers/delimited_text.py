@@ -58,7 +58,8 @@ def _stamped_table(
     table = _table_in(path, stamped.text, notes, options)
     if not any(stamped.stamps):
         return table
-    stamps = np.array([stamped.stamps[line - 1] for line in table.lines], object)
+    positions = np.array(table.lines, int) - 1
+    stamps = np.array(stamped.stamps, object)[positions]
     name = "time"
     if table.named(TIME_NAMES):
         name = "stamp"
