@@ -80,7 +80,7 @@ def _table_in(path: Path, text: str, decoding: list[str], options: ReadOptions) 
     first_rows = text[begin : begin + _LONGEST_HEADER].split("\n")[:_SHOWN_ROWS]
     has_points = text.find(".", begin) >= 0
     header = header_names(
-        path, above, list(filter(None, first_rows)), dialect, has_points=has_points
+        path, above, list(filter(str.strip, first_rows)), dialect, has_points=has_points
     )
     first_line = len(above) + 1
     columns = _uniform_columns(text, begin, dialect)
