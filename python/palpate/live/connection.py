@@ -152,6 +152,7 @@ class ConnectionState(Listener):
         silent_s = self._silent_s(at_s)
         if not source.live or state == "ended":
             silent_s = 0.0
+        is_steady = source.live and not troubles and not self._is_waiting
         found = StatusInputs(
             state,
             seen=self._signal.seen,
@@ -167,7 +168,7 @@ class ConnectionState(Listener):
             gap=self._gap,
             lost=self._lost,
             cut=self._cut,
-            pace=self._pace(at_s, counters, steady=source.live and not troubles),
+            pace=self._pace(at_s, counters, steady=is_steady),
             error=measurement.error,
             forced=measurement.forced,
             result=self._result(),
@@ -196,13 +197,19 @@ class ConnectionState(Listener):
             )
         return inputs
 
+    @property
+    def _is_waiting(self) -> bool:
+        """Whether a simulation waits for the first page."""
+        hand = self._measurement.hand
+        return hand is not None and hand.is_waiting
+
     def _silent_s(self, at_s: float) -> float:
         """Return for how long no pair has come while this process ran, s."""
         seen_s = self._signal.seen.at_s
         if at_s - self._looked_s > SILENT_S and seen_s > self._awake_s:
             self._awake_s = at_s  # this process stood still, not the source; once, until there is a sample again
         self._looked_s = at_s
-        if self._measurement.hand and self._measurement.hand.is_waiting:
+        if self._is_waiting:
             self._awake_s = at_s
         return at_s - max(self._awake_s, seen_s)
 
