@@ -41,6 +41,7 @@ export class Depths {
     for (const button of document.querySelectorAll("button[data-depth]")) {
       button.ariaCurrent = String(button.dataset.depth === depth);
     }
+    if ($("menu").matches(":popover-open")) $("menu").hidePopover();
     scrollTo(0, 0);
     this.changed(depth);
   }
