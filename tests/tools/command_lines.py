@@ -3,7 +3,7 @@
 import json
 import re
 import shlex
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,7 @@ import click
 from click.exceptions import Exit
 from click.testing import CliRunner, Result
 from palpate.cli.main import palpate_command
-from palpate.cli.paths import InputFile, Recordings
+from palpate.cli.paths import FileArgument, InputFile, Recordings
 
 _PROGRAM = re.compile(r"^(?:\$ |sudo )*(?:\S*/)?palpate (.*)$")
 
@@ -61,13 +61,23 @@ def parsed(line: str) -> str:
     assert name, f"palpate {line}: no such command"
     with ExitStack() as files_need_not_exist:
         for parameter in command.params:
-            if isinstance(parameter.type, InputFile | Recordings):
-                files_need_not_exist.enter_context(
-                    patch.object(parameter.type, "convert", lambda value, *_: Path(value))
-                )
+            convert: Callable[..., object] = _path
+            if isinstance(parameter.type, Recordings):
+                convert = _file_argument
+            elif not isinstance(parameter.type, InputFile):
+                continue
+            files_need_not_exist.enter_context(patch.object(parameter.type, "convert", convert))
         with suppress(Exit):  # --help
             command.make_context(f"palpate {name}", words, **palpate_command.context_settings)
     return f"palpate {name}"
+
+
+def _path(value: str, *_: object) -> Path:
+    return Path(value)
+
+
+def _file_argument(value: str, *_: object) -> FileArgument:
+    return FileArgument([Path(value)], is_pattern=False)
 
 
 def has_options(line: str) -> str | None:
