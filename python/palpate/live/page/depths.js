@@ -41,8 +41,6 @@ export class Depths {
     for (const button of document.querySelectorAll("button[data-depth]")) {
       button.ariaCurrent = String(button.dataset.depth === depth);
     }
-    const menu = $("menu"); // in the page for a browser alone it is no popover
-    if (menu.popover) menu.hidePopover();
     scrollTo(0, 0);
     this.changed(depth);
   }
