@@ -218,7 +218,9 @@ class Converter:
             conversion_s *= 2
         most_s = _MARGIN * (conversion_s + _BUS_S)
         fastest_ns = self._fastest_ns.get(self._speed)
-        return most_s if fastest_ns is None else min(fastest_ns / 1e9, most_s)
+        if fastest_ns is None:
+            return most_s
+        return min(fastest_ns / 1e9, most_s)
 
     @property
     def _speed(self) -> _Speed:
