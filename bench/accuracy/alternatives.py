@@ -72,7 +72,10 @@ def handover(output: Array, regressor: Array) -> tuple[Array, Array | None]:
 
 def plain_rls(output: Array, regressor: Array) -> tuple[Array, Array | None]:
     """Estimate with Rls, the same forgetting as the libraries."""
-    estimator = palpate.Rls(forgetting=rivals.FORGETTING)
+    unknown = rivals.COVARIANCE
+    estimator = palpate.Rls(
+        forgetting=rivals.FORGETTING, initial_covariance=unknown, max_covariance=unknown
+    )
     return estimator.process(output, regressor), None
 
 

@@ -11,6 +11,7 @@ another one.
 
 import ast
 import builtins
+import inspect
 import re
 from collections.abc import Iterator
 from functools import cache
@@ -167,8 +168,8 @@ def words(text: str) -> int:
 def exception_names() -> set[str]:
     """Return the names of all exceptions: Python's, click's and the package's."""
     names = set(FOREIGN_ERRORS)
-    for name, value in vars(builtins).items():
-        if isinstance(value, type) and issubclass(value, Exception):
+    for name, value in inspect.getmembers(builtins, inspect.isclass):
+        if issubclass(value, Exception):
             names.add(name)
     classes = []
     for tree in modules():
