@@ -148,6 +148,7 @@ def test_a_quiet_computer(world: World, tally: Tally) -> None:
         assert driver.counters.lost == 0
         assert told_s == pytest.approx(period_s, rel=0.02)
         assert driver.period_s == pytest.approx(period_s, rel=0.01)
+        assert driver.fastest_period_s == pytest.approx(period_s, rel=0.03)
         assert (
             max(
                 abs(each)
@@ -182,6 +183,9 @@ def test_a_lost_pair_says_how_uncertain_it_was() -> None:
         bench.read(driver, 10)
         bench.check_samples(driver)
         lost = [sample for sample in bench.samples if sample.status == Status.LOST]
+        quiet_s = 2 * 1.25 * (0.1096 + 0.0047)  # the data sheet's, the kit's bus, and the margin
+        assert driver.fastest_period_s == pytest.approx(quiet_s)
+        assert driver.period_s > 1.1 * quiet_s
         assert len(lost) > 5
         assert all(sample.t_uncertainty_us > 2000 for sample in lost)
         assert (driver.counters.reopened, driver.counters.lost) == (0, len(lost))

@@ -118,12 +118,15 @@ class Canned:
         page.send(json.dumps(self.answers.get(command["do"], done)))
 
 
-def opened(page: Browser, server: Canned, name: str, theme: str = "light") -> None:
+def opened(
+    page: Browser, server: Canned, name: str, theme: str = "light", depth: str = "lab"
+) -> None:
     """Open the page in a state, and wait until it shows it."""
-    page.driver.get(server.address)
+    page.driver.get(f"{server.address}#{depth}")
     word = server.state.told["state"]["now"]["word"]
     shown = str(len(server.state.told["touches"]["rows"])) if word == "File" else word
-    page.until(lambda: page.text("word") == shown)
+    place = "verb" if depth == "measure" else "word"
+    page.until(lambda: page.text(place) == shown)
     page.theme(theme)
     if name == "review":
         page.press(" ")
