@@ -70,8 +70,7 @@ def test_the_first_screen_has_purpose_picture_table_and_commands() -> None:
     text = "\n".join(first)
     assert "two noisy signals" in first[2]
     assert "(docs/images/ratio.png)" in text
-    for subject in ("Measure", "Understand", "Trust", "Fast"):
-        assert f"| **{subject}** |" in text
+    assert "| Measure | Understand | Trust | Fast |" in text
     for need in ("apt install g++", "xcode-select --install", "Python 3.11"):
         assert need in text
     commands = [command for command, _ in blocks()[:2]]
