@@ -277,11 +277,42 @@ def lacking() -> list[tuple[str, str]]:
     ]
 
 
+MESSAGE_TABLES = ("palpate says", "the page says", "note", "line", "title", "word")
+"""The first heads of tables whose first column has texts of the package."""
+
+
+def quoted_texts(page: str) -> set[str]:
+    """Return the texts in the first columns of these tables."""
+    found = set()
+    is_message = False
+    for line in page.splitlines():
+        if not line.startswith("|"):
+            is_message = False
+            continue
+        first_cell = line.split(" | ")[0].removeprefix("| ")
+        if first_cell in MESSAGE_TABLES:
+            is_message = True
+        elif is_message:
+            found.update(code_spans(first_cell))
+    return found
+
+
+def constants() -> str:
+    """Return all texts of the package, one after the other."""
+    found = []
+    for tree in modules():
+        for node in ast.walk(tree):
+            if isinstance(node, ast.Constant) and isinstance(node.value, str):
+                found.append(node.value)
+    return "\n".join(found)
+
+
 def outdated() -> list[str]:
-    """Return the messages on the page, with … in them, which the package does not have."""
+    """Return the messages on the page that the package does not have."""
     known = set().union(*all_texts().values())
-    spans = code_spans(PAGE.read_text(encoding="utf-8"))
-    return sorted(text for text in spans if VALUE in text and text not in known)
+    quoted = quoted_texts(PAGE.read_text(encoding="utf-8"))
+    source = constants()
+    return sorted(text for text in quoted if text not in known and text not in source)
 
 
 if __name__ == "__main__":
