@@ -82,7 +82,8 @@ class StalledBackend(SimulatedUsb):
 
     def __init__(self, clock: StalledClock, share: float) -> None:
         super().__init__(SteadyClock(clock))
-        self._stalled, self._share = clock, share
+        self._stalled = clock
+        self._share = share
 
     def ctrl_transfer(self, *request: Any) -> int:
         """Do one control transfer; stopped before it is begun, or after its end."""
@@ -141,7 +142,8 @@ def test_a_quiet_computer(world: World, tally: Tally) -> None:
         driver = bench.open()
         start_ns = bench.carrier.clock.now_ns()
         driver.auto_capdac()
-        told_s, begun_ns = driver.describe()["period_s"], bench.carrier.clock.now_ns()
+        told_s = driver.describe()["period_s"]
+        begun_ns = bench.carrier.clock.now_ns()
         bench.read(driver, 60)
         period_s = (bench.carrier.clock.now_ns() - begun_ns) / 60e9
         tally.note("error of a kit stamp, quiet, ms", check_stamps(bench, start_ns))
@@ -228,7 +230,8 @@ _PARTS, _SCHEDULES = (20, 500) if NIGHTLY else (1, draws(300))
 
 
 def fault_of(random: Random) -> Fault:
-    kind, share = random.choice(list(FaultKind)), random.random()
+    kind = random.choice(list(FaultKind))
+    share = random.random()
     amount = _AMOUNTS[kind](share) if kind in _AMOUNTS else 1 + round(2 * share)
     request = random.choice([None, None, I2C, ERROR_COUNT, PORTS])
     return Fault(kind, amount, random.randint(0, 30), request, random.randint(1, 4))
