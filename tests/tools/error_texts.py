@@ -220,12 +220,12 @@ def doctor_lines() -> set[str]:
 
 def page_words() -> set[str]:
     """Return the words of the page that say what to do."""
-    return _of_page(("Now", "Instruction"), 0)
+    return _of_page(("Now", "Instruction"), 0) | _of_scripts("word")
 
 
 def page_titles() -> set[str]:
     """Return the titles of the page's status line."""
-    return _of_page(("StatusLine",), 2)
+    return _of_page(("StatusLine",), 2) | _of_scripts("title")
 
 
 def _of_page(classes: tuple[str, ...], argument: int) -> set[str]:
@@ -235,6 +235,14 @@ def _of_page(classes: tuple[str, ...], argument: int) -> set[str]:
             if name_of(call.func) in classes and len(call.args) > argument:
                 found.update(NameScope(tree, function).texts(call.args[argument]))
     return found - {"", VALUE}
+
+
+def _of_scripts(field: str) -> set[str]:
+    """Return the texts that the scripts of the page give to a field."""
+    found: set[str] = set()
+    for path in (PACKAGE / "live" / "page").rglob("*.js"):
+        found.update(re.findall(rf'\b{field}: "([^"]+)"', path.read_text(encoding="utf-8")))
+    return found
 
 
 def judgement_texts() -> set[str]:
