@@ -44,6 +44,11 @@ export function inUnit(text) {
   return String(text).replace(/\d+(\.\d+)?(e-?\d+)?/g, (mega) => (1000 * mega).toFixed(Math.max(0, places(mega) - 3))).replaceAll("MPa", settings.unit);
 }
 
+// A sentence with moduli in MPa, in the unit that is set; its other numbers stay.
+export function sentenceInUnit(text) {
+  return String(text).replace(/[\d.]+(e-?\d+)?((,| and| to) [\d.]+(e-?\d+)?)* MPa/g, (moduli) => inUnit(moduli));
+}
+
 // Shore A of a rubber with this modulus, MPa; null outside 1 to 95. The rule of palpate.shore_a_of_modulus.
 export function shoreA(modulus) {
   const hardness = (254 * 0.137505 * modulus - 56 * 0.0981) / (7.62336 * 0.0981 + 2.54 * 0.137505 * modulus);
@@ -56,6 +61,11 @@ export function modulusOf(modulus) {
   const more = modulus.extrapolated ? ", beyond the calibration" : "", text = inUnit(modulus.text), hardness = settings.shore === "on" && shoreA(modulus.value_MPa);
   const [, value = "–", unit = "", interval] = text.match(/^(.*) ([kM]Pa) \((.*)\)$/) ?? [], shore = hardness ? `${hardness.toFixed(0)} A` : "";
   return { value, interval: unit ? `${interval} ${unit}` : text, unit, more, shore };
+}
+
+// Low and high end of an interval of `modulusOf`, the unit at the high one.
+export function endsOf(interval) {
+  return interval.split(" to ");
 }
 
 // With its sign, and a true minus.
@@ -79,4 +89,15 @@ export function grouped(count) {
 // Digits behind the point, the point not counted.
 export function places(text) {
   return (String(text).split(".")[1] ?? "").length;
+}
+
+const SCATTERS = {
+  assumed: "the scatter from touch to touch is assumed until touches are repeated or calibrated",
+  session: "the scatter from touch to touch is that of the repeated touches",
+  calibration: "the scatter from touch to touch is that of the calibration",
+};
+
+// Where the scatter in an uncertainty comes from.
+export function scatterWords(source) {
+  return SCATTERS[source] ?? "";
 }
