@@ -98,17 +98,23 @@ class NameScope:
         return [VALUE]
 
     def _joined(self, node: ast.JoinedStr, depth: int) -> list[str]:
-        """Return the texts of an f-string; of one with few words, with the names in it."""
+        """Return the texts of an f-string; the names in it count if it has few words itself."""
         text = "".join(_part(part) for part in node.values)
-        if words(text) >= FEWEST_WORDS or depth == 0:
-            return [text]
+        has_few = words(text) < FEWEST_WORDS
         found = [""]
         for part in node.values:
             own = [_part(part)]
-            if isinstance(part, ast.FormattedValue) and isinstance(part.value, ast.Name):
-                own = self._assigned(part.value.id, depth)
+            if depth > 0 and isinstance(part, ast.FormattedValue):
+                own = self._values(part.value, depth, is_needed=has_few)
             found = [before + each for before in found for each in own]
         return found
+
+    def _values(self, node: ast.expr, depth: int, *, is_needed: bool) -> list[str]:
+        """Return the texts of a value: … unless they are needed, or say what is allowed."""
+        if not isinstance(node, ast.Name):
+            return [VALUE]
+        assigned = self._assigned(node.id, depth)
+        return assigned if is_needed or any(map(is_plain, assigned)) else [VALUE]
 
     def _sums(self, node: ast.BinOp, depth: int) -> list[str]:
         found = []
