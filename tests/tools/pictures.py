@@ -30,25 +30,10 @@ COMMANDS = (
     ),
     "record sim:ten-specimens?seed=3 -o ten-specimens.csv --touches 40",  # played, it is never late, on a busy machine either
 )
-HALF = """const text = (id) => document.getElementById(id).textContent, share = parseFloat(document.querySelector("#bar b").style.width);
-return text("word") === "Hold" && Number(text("mainname").split(" ").at(-1)) >= arguments[0] && share > 50 && share < 85
+HALF = """const text = (id) => document.getElementById(id).textContent, share = parseFloat(document.getElementById("held").style.strokeDasharray);
+return text("verb") === "Hold" && Number(text("readingof").split(" ").at(-1)) >= arguments[0] && share > 50 && share < 85
   && document.getElementById("line").dataset.level === "quiet";"""
 """Whether more than half of this touch, or of a later one, is done, and nothing is wrong."""
-
-
-MEASURE = "1"
-LAB = "3"  # the keys of two depths of the page
-SESSION = (
-    ("light", "desk", "light", MEASURE, 10),
-    ("phone", "phone", "light", MEASURE, 12),
-    ("dark", "desk", "dark", LAB + "k", 25),
-)
-"""Each picture: its name, size and theme, the keys before it, and the touch that it shows."""
-
-
-def word(page: Browser) -> str:
-    """Return what the page says to do, in any depth."""
-    return str(page.run("return document.getElementById('word').textContent"))
 
 
 def take(page: Browser, path: Path) -> None:
@@ -73,21 +58,23 @@ def session(page: Browser, folder: Path) -> None:
         "--record", "run.csv", "--calibration", "probe.toml", source="ten-specimens.csv?speed=1"
     ) as live:
         page.driver.get(live.address)
-        page.until(lambda: word(page) in ("Touch", "Wait", "Hold"))
+        page.until(lambda: page.text("verb") in ("Touch", "Wait", "Hold"))
         page.choose("signals", "off")  # no flash in a picture
         page.press("p")
         fill = "document.getElementById(arguments[0]).value = arguments[1]"
         for name, text in {"list": PLAN, "title": "ten specimens"}.items():
             page.run(fill, name, text)
-        page.run("document.querySelector('#plan button.strong').click()")
-        for name, size, theme, keys, touch in SESSION:
+        page.all("#plan button.strong")[0].click()
+        for name, size, theme, key, touch in (("light", "desk", "light", "", 10), ("phone", "phone", "light", "", 12), ("dark", "desk", "dark", "3k", 25)):  # fmt: skip
             page.size(size)
             page.theme(theme)
-            page.press(*keys)
+            page.press(*key)
             page.until(lambda touch=touch: page.run(HALF, touch), SESSION_S)
             take(page, folder / f"live-{name}.png")
-        page.press(MEASURE)
-        page.until(lambda: word(page) == "Done", SESSION_S)
+        page.press("1")
+        page.until(
+            lambda: page.text("verb") == "Done" and "report ready" in page.text("says"), SESSION_S
+        )
         take(page, folder / "live-done.png")
         live.end()
 
@@ -96,8 +83,7 @@ def recorded(page: Browser, folder: Path) -> None:
     """Open the recording, with both cursors."""
     with Live("--calibration", "probe.toml", source="run.csv") as live:
         page.driver.get(live.address)
-        page.press(LAB)
-        page.until(lambda: word(page) == "40")
+        page.until(lambda: page.text("word") == "40")
         page.theme("light")
         page.press("0", "+", "+", "+", "a", Keys.ARROW_LEFT, "b")
         page.until(lambda: page["readout"].is_displayed())
