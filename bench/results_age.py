@@ -17,7 +17,8 @@ import palpate
 
 OLDER = "OLDER than cpp/include/palpate: measure again"
 ROOT = Path(__file__).parents[1]
-HEADERS, RESULTS = ROOT / "cpp" / "include" / "palpate", ROOT / "bench" / "results"
+HEADERS = ROOT / "cpp" / "include" / "palpate"
+RESULTS = ROOT / "bench" / "results"
 
 
 def headers_hash(folder: Path = HEADERS) -> str:
@@ -31,11 +32,10 @@ def headers_hash(folder: Path = HEADERS) -> str:
 
 def about() -> dict[str, str]:
     """Return machine, versions, commit (with a plus if there are uncommitted changes) and hash of the headers."""
-    cpu = (
-        re.search(r"model name\s*: (.*)", Path("/proc/cpuinfo").read_text())
-        if sys.platform == "linux"
-        else None
-    )
+    if sys.platform == "linux":
+        cpu = re.search(r"model name\s*: (.*)", Path("/proc/cpuinfo").read_text())
+    else:
+        cpu = None
     git = ["git", "-C", str(ROOT), "describe", "--always", "--dirty=+"]
     commit = subprocess.run(git, capture_output=True, text=True, check=False).stdout.strip()
     return {

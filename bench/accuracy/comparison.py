@@ -205,9 +205,10 @@ def scene_trace(scene: "_Scene", run: Simulation, **settings: Any) -> ErrorTrace
     truth = run.true_ratio[used]
     since = run.t_hard_s[used] - run.presses[0].start_s
     error = rows["ratio"][used] / truth - 1
-    result = (
-        tracker.touches[0].ratio / truth[-1] - 1 if used.any() and tracker.touches else math.nan
-    )
+    if used.any() and tracker.touches:
+        result = tracker.touches[0].ratio / truth[-1] - 1
+    else:
+        result = math.nan
     return ErrorTrace(
         since, error, rows["alarm"][used], rows["standard_error"][used] / truth, result
     )
@@ -268,7 +269,12 @@ def summarise(
     scenario: str, estimator: str, traces: Iterable[ErrorTrace], cost: Cost = Cost()
 ) -> Row:
     """Return the row of one estimator, from its traces for all seeds."""
-    rmse, end, last, alarm, covered, follow = [], [], [], [], [], []
+    rmse = []
+    end = []
+    last = []
+    alarm = []
+    covered = []
+    follow = []
     for t in traces:
         if not len(t.error):  # a lost press
             rmse.append(1.0)

@@ -31,11 +31,10 @@ def rows_table(rows: Iterable[Row]) -> str:
 
 
 def _line(r: Row) -> str:
-    pairs = (
-        "-"
-        if math.isnan(r.pairs_to_3_percent)
-        else f"{r.pairs_to_3_percent:.0f} ({r.slowest_pairs:.0f})"
-    )
+    if math.isnan(r.pairs_to_3_percent):
+        pairs = "-"
+    else:
+        pairs = f"{r.pairs_to_3_percent:.0f} ({r.slowest_pairs:.0f})"
     cover, ns = (
         "-" if math.isnan(value) else f"{value:.1f}" for value in (100 * r.coverage, r.cost.ns)
     )

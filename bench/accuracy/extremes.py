@@ -48,7 +48,8 @@ def press(
 
 def stepped() -> tuple[Array, Array]:
     """Return a press with a step of the ratio from 2.5 to 3, 300 samples before its end."""
-    before, after = press(100), press(300, 3.0, seed=2)
+    before = press(100)
+    after = press(300, 3.0, seed=2)
     return np.r_[before[0], after[0]], np.r_[before[1], after[1]]
 
 
@@ -95,7 +96,9 @@ def exact_cases(kind: Any) -> Iterator[Case]:
     yield Case("farads instead of picofarads", *press(300, scale=1e-12), ends="unexcited")
     yield Case("1e-30 pF", *press(300, scale=1e-30), ends="unexcited")
     info = np.finfo(kind)
-    large, small, root = float(info.max) / 8, float(info.tiny), float(info.max) ** 0.5 / 8
+    large = float(info.max) / 8
+    small = float(info.tiny)
+    root = float(info.max) ** 0.5 / 8
     yield Case(f"regressor {large:.0e}", *press(60, scale=large), ends="refused")
     yield Case(f"regressor {small:.0e}", *press(60, scale=small), ends="unexcited")
     yield Case("subnormal", *press(60, scale=small / 64), ends="unexcited")
@@ -133,7 +136,8 @@ def largest_error(found: Any, exact: Any, eps: float, floor: float) -> float:
 def outcome(kind: Any, estimator: Any, case: Case, floor: float = 1.0) -> Outcome:
     """Run a case: errors of the ratio relative to it, or to `floor` (the initial ratio) where that is larger."""
     with np.errstate(over="ignore", under="ignore"):
-        output, regressor = case.output.astype(kind), case.regressor.astype(kind)
+        output = case.output.astype(kind)
+        regressor = case.regressor.astype(kind)
     settings = {
         name: float(kind(value))
         for name, value in {**estimator().settings, **case.settings}.items()
@@ -214,8 +218,10 @@ class NoisyCase:
 def noisy_cases(size: int) -> Iterator[NoisyCase]:
     """Yield what numbers with few digits make hard: each of this size."""
     random = np.random.default_rng(4)
-    noise, x = random.standard_normal(size), random.standard_normal((size, 2))
-    ones, level = np.ones(size), np.array([2.5])
+    noise = random.standard_normal(size)
+    x = random.standard_normal((size, 2))
+    ones = np.ones(size)
+    level = np.array([2.5])
     yield NoisyCase("an ordinary press", 2.5 + 1e-3 * noise, ones, level)
     yield NoisyCase("a level of 1e6 sd", 2.5 + 2.5e-6 * noise, ones, level)
     yield NoisyCase("a level of 1e6 sd around 0", (2.5 + 2.5e-6 * noise) * x[:, 0], x[:, 0], level)
@@ -251,7 +257,8 @@ def noisy_endings(size: int = 3000) -> Iterator[tuple[str, str, str]]:
 def long_endings(blocks: int = 100, size: int = 1_000_000) -> Iterator[tuple[str, str, str]]:
     """Yield how 1e8 samples end: the same block again and again, around 0, with noise that is as often up as down."""
     random = np.random.default_rng(5)
-    x, noise = random.standard_normal(size), random.standard_normal(size)
+    x = random.standard_normal(size)
+    noise = random.standard_normal(size)
     noise -= (noise @ x) / (x @ x) * x  # else the same error in each block would be no noise
     case = NoisyCase(f"{blocks * size:.0e} samples", 2.5 * x + 0.1 * noise, x, np.array([2.5]))
     single = replace(case, output=case.output.astype("f4"), regressors=x.astype("f4"))

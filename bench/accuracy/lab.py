@@ -154,7 +154,8 @@ def growth_of(now: list[Figures], before: list[Figures]) -> tuple[float, float]:
     Error: the ratio of the rms errors in each world; the root mean square of these. Half-width: the
     ratio in each session; the median of these.
     """
-    squares, widths = [], []
+    squares = []
+    widths = []
     for new, old in zip(now, before, strict=True):
         pairs = [
             (*a, *b)
@@ -233,7 +234,8 @@ def price(before: float | None) -> Price:
     times = np.array(
         [[time_of(session, scene) for scene in ("paper", "handheld")] for _ in range(ROUNDS)]
     )
-    minima, medians = times.min(axis=0), np.median(times, axis=0)
+    minima = times.min(axis=0)
+    medians = np.median(times, axis=0)
     paper, handheld = zip(minima.tolist(), medians.tolist(), strict=True)
     return Price(paper, handheld, before)
 

@@ -165,7 +165,8 @@ def belongs(touch: palpate.Touch, press: Press, session: Session) -> bool:
 def judged(session: Session, faulty: frozenset[str], tracker: "palpate.Tracker") -> Played:
     """Return what became of a session that a tracker has taken; `faulty`: channels with faults."""
     judgements: Sequence[Judgement] = getattr(tracker, "judgements", [])
-    presses, outside = [], list(tracker.touches)
+    presses = []
+    outside = list(tracker.touches)
     for press in session.presses:
         own = [touch for touch in tracker.touches if belongs(touch, press, session)]
         outside = [touch for touch in outside if touch not in own]

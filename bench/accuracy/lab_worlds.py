@@ -20,9 +20,11 @@ Channel = Literal["hard", "soft", "both"]
 Presser = Literal["hand", "stage", "relaxing"]
 Part = Literal["rise", "hold", "fall"]
 Moment = Literal["contact", "release", "evenly"]
-HARD, SOFT = 0, 1
+HARD = 0
+SOFT = 1
 APPROACH = 0.2  # of the depth: the height of the open probe above the object
-TREMOR_LINES, SWAY_LINES = 24, 6
+TREMOR_LINES = 24
+SWAY_LINES = 6
 GAUSS = {count: np.polynomial.legendre.leggauss(count) for count in (1, 3, 6)}
 
 
@@ -170,7 +172,9 @@ class Hand:
     def __init__(
         self, world: World, press: Press, ratio: float, random: np.random.Generator
     ) -> None:
-        self._world, self._press, self._ratio = world, press, ratio
+        self._world = world
+        self._press = press
+        self._ratio = ratio
         self._tremor = lines(random, *world.tremor_hz, TREMOR_LINES)
         self._sway = lines(random, 0.2, 1.5, SWAY_LINES)
         self._share = random.uniform(0.1, 0.2)
@@ -178,7 +182,8 @@ class Hand:
 
     def forces(self, t: Array, channel: int) -> Array:
         """Return the signal of one channel, pF, at times within the press."""
-        press, world = self._press, self._world
+        press = self._press
+        world = self._world
         way = smooth((t - press.contact_s) / (press.held_s - press.contact_s))
         way *= 1 - smooth((t - press.release_s) / (press.end_s - press.release_s))
         shake = np.zeros_like(t)
@@ -436,7 +441,8 @@ class Breathing:
     def __call__(self, session: Session, random: np.random.Generator) -> None:
         """Add it."""
         sizes = np.array([1.0, random.uniform(0.3, 1.0)])
-        phase, frequency = random.uniform(0, 2 * np.pi), random.uniform(0.25, 0.35)
+        phase = random.uniform(0, 2 * np.pi)
+        frequency = random.uniform(0.25, 0.35)
         line = np.sin(2 * np.pi * frequency * session.times_s + phase)
         session.values += self.amplitude * random.permutation(sizes)[:, np.newaxis] * line
 

@@ -79,7 +79,8 @@ _RANDOM: dict[str, Callable[[np.random.Generator], float]] = {
 
 def drawn(way: Way, seed: int) -> Way:
     """Return a way with a random ratio and length, where these have their defaults; every second one tilts the other way."""
-    random, default = np.random.default_rng((seed, 5)), Way()
+    random = np.random.default_rng((seed, 5))
+    default = Way()
     values = {name: float(draw(random)) for name, draw in _RANDOM.items()}
     given: Any = {
         name: value
@@ -114,7 +115,11 @@ class Found:
 
 def found(way: Way, seeds: Iterable[int], **settings: Any) -> Found:
     """Return the results of touches with these seeds."""
-    ratio, level, error, silent, flags = [], [], [], [], Counter[str]()
+    ratio = []
+    level = []
+    error = []
+    silent = []
+    flags = Counter[str]()
     for seed in seeds:
         one = drawn(way, seed)
         truth = one.ratio * one.change[1]

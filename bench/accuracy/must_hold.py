@@ -250,11 +250,9 @@ def physics(seeds: int) -> Iterator[Row]:
 
 def changed(channel: str, **baseline: float) -> tuple[BaselineModel, BaselineModel]:
     """Return the baselines of both channels, with changes in one."""
-    return (
-        (replace(_HARD, **baseline), _SOFT)
-        if channel == "hard"
-        else (_HARD, replace(_SOFT, **baseline))
-    )
+    if channel == "hard":
+        return (replace(_HARD, **baseline), _SOFT)
+    return (_HARD, replace(_SOFT, **baseline))
 
 
 def effects() -> dict[str, Scenario]:
@@ -399,7 +397,9 @@ def brief(seed: int) -> Simulation:
 
 def ar1_coverage(rho: float, runs: int) -> float:
     """Return the coverage of nominal 95 % intervals in AR(1) noise, at the end of 250 samples, where they are known."""
-    random, hits, known = np.random.default_rng(1), 0, 0
+    random = np.random.default_rng(1)
+    hits = 0
+    known = 0
     for _ in range(runs):
         noise = np.zeros(450)
         for k, shock in enumerate(random.standard_normal(450)):
@@ -448,7 +448,11 @@ def idle(seeds: int) -> Iterator[Row]:
 # False alarms in touches: their interval, compared with the one that was set.
 
 FIRST = 64  # samples of a touch
-IDLE, RISE, HOLD, FALL = 60, 12, 256, 10  # pairs
+# pairs
+IDLE = 60
+RISE = 12
+HOLD = 256
+FALL = 10
 
 
 def alarms(seeds: int) -> Iterator[Row]:

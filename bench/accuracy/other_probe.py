@@ -101,7 +101,9 @@ def shaking(random: np.random.Generator, n: int, low: float = 3.0, high: float =
 
 def crept(force: Array, share: float, time_s: float) -> Array:
     """Return the creep that follows a force with a time constant."""
-    out, level, rate = np.empty_like(force), 0.0, STEP_s / time_s
+    out = np.empty_like(force)
+    level = 0.0
+    rate = STEP_s / time_s
     for i, value in enumerate(force):
         level += rate * (value - level)
         out[i] = level
@@ -148,11 +150,8 @@ def touch(way: Way, seed: int) -> Recorded:
     ratio = (
         r0 * (1 + way.pulse * np.sin(2 * np.pi * 1.2 * t)) * (1 + (way.lifted_ratio - 1) * lifting)
     )
-    ratio = (
-        ratio * np.where(t - way.before > way.change[0], way.change[1], 1)
-        if way.change[0]
-        else ratio
-    )
+    if way.change[0]:
+        ratio = ratio * np.where(t - way.before > way.change[0], way.change[1], 1)
     if way.slide[0]:
         ratio = ratio * (1 + (way.slide[1] - 1) * np.clip(1 + (t - release) / way.slide[0], 0, 1))
     if way.object_creep:
@@ -175,16 +174,14 @@ def touch(way: Way, seed: int) -> Recorded:
         soft *= stiffening(way, soft_depth, 1.0)
     off = (t < way.before) | (t > release + way.fall)
     hard[off] = soft[off] = 0
-    soft = (
-        soft + crept(soft, way.creep[0], 2.0) + crept(soft, way.creep[1], 20.0)
-        if any(way.creep)
-        else soft
-    )
+    if any(way.creep):
+        soft = soft + crept(soft, way.creep[0], 2.0) + crept(soft, way.creep[1], 20.0)
     channels = [values * (1 + way.bend * values) for values in (hard, soft)]
     channels[0] *= way.gain
-    common = (
-        way.pink * np.cumsum(random.standard_normal(len(t))) * np.sqrt(STEP_s) if way.pink else 0.0
-    )
+    if way.pink:
+        common = way.pink * np.cumsum(random.standard_normal(len(t))) * np.sqrt(STEP_s)
+    else:
+        common = 0.0
     return _converted(
         way, t, [channels[0] + 0.62 + common, channels[1] - 0.41 + common], release, random
     )
@@ -195,7 +192,8 @@ def _converted(
 ) -> Recorded:
     pairs = int((t[-1] - 0.1) / way.period)
     length = min(CONVERSION_s, way.period / 2.2)
-    times, values = [], []
+    times = []
+    values = []
     for number, channel in enumerate(channels):
         middle = 0.05 + way.period * (np.arange(pairs) + number / 2)
         sums = np.concatenate([[0.0], np.cumsum(channel)])

@@ -22,7 +22,10 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 T = TypeVar("T")
-RATIO, DEPTH_PF, START_S, PAIR_S = 2.8, 0.25, 2.0, 0.026
+RATIO = 2.8
+DEPTH_PF = 0.25
+START_S = 2.0
+PAIR_S = 0.026
 EARLY_S = 0.3  # that a touch may begin before its press, and still be it
 SIDES = 1.96  # standard errors on either side of a nominal 95 % interval
 
@@ -43,7 +46,8 @@ def recordings(scenario: Scenario, seeds: Iterable[int]) -> Iterator[Simulation]
     """Simulate a scenario; each seed has lines of its own, and its presses begin anywhere within a pair."""
     for seed in seeds:
         hand = np.random.default_rng([seed, 2])
-        late, spectrum = PAIR_S * hand.uniform(), Lines((hand.uniform(3, 7), hand.uniform(7, 12)))
+        late = PAIR_S * hand.uniform()
+        spectrum = Lines((hand.uniform(3, 7), hand.uniform(7, 12)))
         presses = [replace(press, start_s=press.start_s + late) for press in scenario.presses]
         yield simulate(replace(scenario, presses=presses, spectrum=spectrum), seed)
 
@@ -137,11 +141,14 @@ def spline_ratio(run: Simulation, *, after: bool) -> float:
     """
     from scipy.interpolate import CubicSpline
 
-    press, channels = run.presses[0], []
+    press = run.presses[0]
+    channels = []
     for times, values in ((run.t_hard_s, run.hard), (run.t_soft_s, run.soft)):
         known = np.isfinite(values)
-        t, c = times[known], values[known]
-        before, behind = t < press.start_s, t > press.stop_s
+        t = times[known]
+        c = values[known]
+        before = t < press.start_s
+        behind = t > press.stop_s
         base = np.full(len(t), c[before].mean())
         if after:
             ends = [[part.mean() for part in (t[side], c[side])] for side in (before, behind)]

@@ -40,10 +40,8 @@ def padasip(output: Array, regressor: Array) -> Array:
     from padasip.filters import FilterRLS
 
     # eps is 1 / P0; its default of 0.001 is for data near 1.
-    model, ratio = (
-        FilterRLS(1, mu=FORGETTING, eps=1 / COVARIANCE, w=np.zeros(1)),
-        np.empty(len(output)),
-    )
+    model = FilterRLS(1, mu=FORGETTING, eps=1 / COVARIANCE, w=np.zeros(1))
+    ratio = np.empty(len(output))
     for k, (y, x) in enumerate(zip(output, regressor[:, None], strict=True)):
         model.adapt(y, x)
         ratio[k] = model.w[0]
@@ -70,11 +68,10 @@ def filterpy(output: Array, regressor: Array) -> Array:
 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DeprecationWarning)  # of filterpy itself
-        kalman, ratio = (
-            FadingKalmanFilter(alpha=FORGETTING**-0.5, dim_x=1, dim_z=1),
-            np.empty(len(output)),
-        )
-    kalman.x, kalman.P = np.ones((1, 1)), np.array([[COVARIANCE]])
+        kalman = FadingKalmanFilter(alpha=FORGETTING**-0.5, dim_x=1, dim_z=1)
+        ratio = np.empty(len(output))
+    kalman.x = np.ones((1, 1))
+    kalman.P = np.array([[COVARIANCE]])
     # alpha is the forgetting; the default Q of 1 would be a random walk on top of it
     kalman.Q = np.zeros((1, 1))
     for k, (y, x) in enumerate(zip(output.tolist(), regressor.tolist(), strict=True)):
@@ -89,7 +86,8 @@ def simdkalman(output: Array, regressor: Array) -> Array:
     """Estimate with simdkalman's steps, fading memory as process noise; also many streams, arrays of shape (n, streams)."""
     from simdkalman import primitives
 
-    one, ratio = np.ones((1, 1)), np.empty(output.shape)
+    one = np.ones((1, 1))
+    ratio = np.empty(output.shape)
     outputs, regressors = (values.reshape(len(values), -1, 1, 1) for values in (output, regressor))
     mean = np.ones(outputs.shape[1:])
     covariances = np.full(mean.shape, COVARIANCE)
@@ -138,7 +136,8 @@ def sums(output: Array, regressor: Array) -> Array:
 
 
 # less follows a slow change, more survives a converter with three times the noise
-DRIFT, THRESHOLD = (4.0, 16.0)
+DRIFT = 4.0
+THRESHOLD = 16.0
 
 
 @compiled
@@ -165,7 +164,10 @@ def restarted(output: Array, regressor: Array) -> Array:
     return found
 
 
-GLR_LIMIT, GLR_WINDOW, GLR_SHORTEST, CLIP = (30.0, 60, 4, 4.0)
+GLR_LIMIT = 30.0
+GLR_WINDOW = 60
+GLR_SHORTEST = 4
+CLIP = 4.0
 GLR_NOISE = 2.2 * NOISE
 
 
@@ -209,7 +211,9 @@ def robust_glr(output: Array, regressor: Array) -> Array:
 
 
 IMM_NOISE = 3 * NOISE
-TO_MOVING, TO_STILL = (1e-3, 0.003)  # probability of a transition, for each pair
+# probability of a transition, for each pair
+TO_MOVING = 1e-3
+TO_STILL = 0.003
 JUMP = 1.0  # standard deviation of the step of a ratio that moves, relative
 
 

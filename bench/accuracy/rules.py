@@ -192,7 +192,8 @@ def verdict_of(rule: Rule, usual: Sequence[Row], rows: Sequence[Row]) -> Verdict
     better = []
     for before, after in zip(usual, rows, strict=True):
         text = change_text(before, after)
-        lost, gained = loss_of(before, after), loss_of(after, before)
+        lost = loss_of(before, after)
+        gained = loss_of(after, before)
         if lost > LEAST:
             worse.append(Change(text, lost, is_certain(before, after)))
         elif gained > LEAST and is_certain(after, before):

@@ -155,7 +155,10 @@ def kalman_walk(signals: Signals) -> Trace:
 
 
 # With this limit there are as few false alarms as palpate has. A lower limit has smaller errors.
-GLR_LIMIT, GLR_WINDOW, GLR_SHORTEST, GLR_CLIP = (33.0, 400, 4, 4.0)
+GLR_LIMIT = 33.0
+GLR_WINDOW = 400
+GLR_SHORTEST = 4
+GLR_CLIP = 4.0
 
 
 @compiled
@@ -205,8 +208,12 @@ def robust_glr(signals: Signals) -> Trace:
     return Trace(found[0], found[1], found[2] > 0)
 
 
-TO_MOVING, TO_STILL = (1e-4, 0.1)  # probability of a transition, for each sample
-STILL, JUMP = (0.01, 1.0)  # standard deviation of a step of the ratio, as `WALK`
+# probability of a transition, for each sample
+TO_MOVING = 1e-4
+TO_STILL = 0.1
+# standard deviation of a step of the ratio, as `WALK`
+STILL = 0.01
+JUMP = 1.0
 
 
 @compiled

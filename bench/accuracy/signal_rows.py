@@ -158,7 +158,8 @@ def gain_range(runs: Runs) -> Score:
     """Judge the least and the largest gain after 500 samples, and the share of standard errors that are known."""
     ratios = np.array([trace.ratio[SETTLED] for _, trace in runs])
     known = float(np.mean([np.isfinite(trace.error[SETTLED]) for _, trace in runs]))
-    low, high = (float(ratios.min()), float(ratios.max()))
+    low = float(ratios.min())
+    high = float(ratios.max())
     text = f"{low:.2f}..{high:.2f}, {percent(known)} known"
     return Score(text, low >= 2.9 and high <= 3.1 and known == 1)
 

@@ -96,9 +96,12 @@ def covered(
     """Return the share of 95 % intervals that hold, `after` samples after a change; the median error; the delay."""
     from scipy.stats import t
 
-    held, errors, delays = [], [], []
+    held = []
+    errors = []
+    delays = []
     for seed in range(runs):
-        n, change_at = 260 + after, 260
+        n = 260 + after
+        change_at = 260
         output, regressors, truth = made(kind, seed, n, size, change_at, intercept)
         estimator = palpate.VectorRls(size, intercept=intercept)
         alarms = np.flatnonzero(estimator.trace(output, regressors)["alarm"][change_at:])
@@ -133,7 +136,8 @@ def changes(runs: int) -> Iterator[str]:
         _, error, delay = covered("white", size, False, 12 if size < 8 else 24, runs)
         yield f"size {size}: a coefficient changes by 30 %, noise 1 %: alarm after {delay:.0f}, median error after {12 if size < 8 else 24} samples {100 * error:.2f} %"
     for size, kind in ((1, "near one"), (2, "white"), (2, "coloured"), (8, "white")):
-        random, n = np.random.default_rng(5), 1_000_000
+        random = np.random.default_rng(5)
+        n = 1_000_000
         regressors = regressors_of(kind, random, n, size)
         trace = palpate.VectorRls(size).trace(
             regressors.sum(1) + NOISE * random.standard_normal(n), regressors
@@ -157,7 +161,8 @@ def river(output: Array, regressors: Array) -> Array:
     from river.linear_model import BayesianLinearRegression
 
     names = [f"x{i}" for i in range(regressors.shape[1])]
-    model, found = BayesianLinearRegression(beta=1e12 / (1 - FORGETTING), smoothing=FORGETTING), []
+    model = BayesianLinearRegression(beta=1e12 / (1 - FORGETTING), smoothing=FORGETTING)
+    found = []
     for y, x in zip(output.tolist(), regressors.tolist(), strict=True):
         model.learn_one(dict(zip(names, x, strict=True)), y)
         found.append([model.predict_one({n: float(n == name) for n in names}) for name in names])
@@ -171,10 +176,8 @@ def filterpy(output: Array, regressors: Array) -> Array:
     size = regressors.shape[1]
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DeprecationWarning)  # of filterpy itself
-        kalman, found = (
-            FadingKalmanFilter(alpha=FORGETTING**-0.5, dim_x=size, dim_z=1),
-            np.empty(regressors.shape),
-        )
+        kalman = FadingKalmanFilter(alpha=FORGETTING**-0.5, dim_x=size, dim_z=1)
+        found = np.empty(regressors.shape)
     kalman.x, kalman.P, kalman.Q = np.zeros((size, 1)), 1e12 * np.eye(size), np.zeros((size, size))
     for k, (y, x) in enumerate(zip(output.tolist(), regressors, strict=True)):
         kalman.H = x[None, :]
@@ -196,7 +199,8 @@ PEERS = {"padasip": padasip, "river": river, "filterpy": filterpy, "statsmodels"
 
 def peers() -> Iterator[str]:
     """Yield speed and error of each library: a change of 30 % after half of the samples, the error from 12 samples on."""
-    n, size = 2000, 2
+    n = 2000
+    size = 2
     output, regressors, truth = made("white", 0, n, size, n // 2, False)
     before = truth / [1.3, 1.0]
     true = np.where(np.arange(n)[:, None] < n // 2, before, truth)
@@ -211,7 +215,8 @@ def peers() -> Iterator[str]:
     for name, work in (
         ours | {name: peer for name, peer in PEERS.items() if find_spec(name)}
     ).items():
-        found, best = work(output, regressors), np.inf
+        found = work(output, regressors)
+        best = np.inf
         for _ in range(200 if name in ours else 3):
             begun = time.perf_counter()
             work(output, regressors)
@@ -221,7 +226,8 @@ def peers() -> Iterator[str]:
         rms = np.sqrt(np.mean(wrong[np.r_[50 : n // 2, n // 2 + 12 : n]] ** 2))
         yield f"{name:34}{times[name]:13.1f}{rms:12.2e}{wrong[n // 2 + 11]:12.2e}"
     if "statsmodels" in times:
-        y, x = output[: n // 2], regressors[: n // 2]
+        y = output[: n // 2]
+        x = regressors[: n // 2]
         plain = palpate.VectorRls(size, steady=1.0, clip=100.0).process(y, x)
         yield f"equal to statsmodels without forgetting, from sample 3 on, to {np.abs(plain - statsmodels(y, x))[3:].max():.1e}"
 

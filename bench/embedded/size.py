@@ -96,7 +96,8 @@ def prices(rows: dict[str, Any]) -> list[str]:
     """Return a line for each stage: what the scene with it costs more than the one without it."""
     lines = ["a stage more             text  state  stack    mean   worst"]
     for stage, without, with_it in PRICES:
-        a, b = rows[without], rows[with_it]
+        a = rows[without]
+        b = rows[with_it]
         more = [
             b["text"]["-Os"] - a["text"]["-Os"],
             *(b[key] - a[key] for key in ("state", "stack", "mean", "worst")),

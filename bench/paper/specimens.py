@@ -49,7 +49,8 @@ def ten_specimens(seed: int) -> TenSpecimens:
             for name, E in SORBOTHANE_MPA.items()
         ]
 
-    paper, handheld = through("paper"), through("handheld")
+    paper = through("paper")
+    handheld = through("handheld")
     return TenSpecimens(
         paper, handheld, fit_specimens(paper, by="covariance"), fit_specimens(handheld)
     )

@@ -77,8 +77,10 @@ def four_touches(seed: int) -> Traces:
 def traces(run: Simulation) -> Traces:
     """Run all estimators over a recording."""
     idle = run.t_hard_s < run.presses[0].start_s - 0.2
-    hard, soft = run.hard - run.hard[idle].mean(), run.soft - run.soft[idle].mean()
-    paper, handheld = Tracker("paper"), Tracker("handheld")
+    hard = run.hard - run.hard[idle].mean()
+    soft = run.soft - run.soft[idle].mean()
+    paper = Tracker("paper")
+    handheld = Tracker("handheld")
     paper.process(run.t_hard_s, run.t_soft_s, run.hard, run.soft)
     rows = handheld.process(run.t_hard_s, run.t_soft_s, run.hard, run.soft)
     found = {name: np.ones(len(hard)) for name in ("slow", "fast", "adaptive")}
@@ -89,11 +91,10 @@ def traces(run: Simulation) -> Traces:
         found["slow"][used] = Rls(forgetting=0.995).process(hard[used], soft[used])
         found["fast"][used] = Rls(forgetting=0.9).process(hard[used], soft[used])
         adaptive = AdaptiveRls().trace(hard[used], soft[used])
-        found["adaptive"][used], alarm[used] = adaptive["ratio"], adaptive["alarm"]
-        found["innovation"][used], found["statistic"][used] = (
-            adaptive["innovation"],
-            adaptive["statistic"],
-        )
+        found["adaptive"][used] = adaptive["ratio"]
+        alarm[used] = adaptive["alarm"]
+        found["innovation"][used] = adaptive["innovation"]
+        found["statistic"][used] = adaptive["statistic"]
     inside = rows["touch"] > 0
     seen = {
         name: np.where(inside, rows[of], np.nan)
@@ -223,7 +224,8 @@ def _enlarged(
 
 def _alarm(ax: Any, t: Traces) -> None:
     settings = AdaptiveRls().settings
-    threshold, drift = settings["threshold"], settings["drift"]
+    threshold = settings["threshold"]
+    drift = settings["drift"]
     ax.plot(t.innovation, color=HARD, label="innovation")
     ax.plot(t.statistic, color=PAPER, label="alarm signal")
     ax.axhline(threshold, **TRUTH, label=f"threshold, {threshold} pF")

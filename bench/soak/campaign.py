@@ -46,7 +46,8 @@ MOMENTS_S = (0.05, 10.0, 40.0)  # the middle one is between two touches
 SIMULATION = "sim:four-specimens?seed=1&idle=3"
 LONGEST_S = 120.0  # a session that takes longer hangs
 KILLED_AT_ORDERS = (1, 2, 3, 12, 13, 14, 22, 23, 24)  # notes, marks and titles
-MARK, END = "<!-- campaign -->", "<!-- end -->"
+MARK = "<!-- campaign -->"
+END = "<!-- end -->"
 
 
 @dataclass(frozen=True)
@@ -157,7 +158,8 @@ class Campaign:
         words = ["palpate", "record", source, "-o", str(measured / "run.csv")]
         if trial.is_session:
             words = ["bench.soak.session", source, str(measured)]
-        answers, printed = folder / "answers", folder / "printed"
+        answers = folder / "answers"
+        printed = folder / "printed"
         shell = ["sh", "-c", 'exec "$@" 3>"$0"', str(answers), sys.executable, "-m", *words]
         with printed.open("w") as output:
             process = subprocess.Popen(

@@ -32,7 +32,8 @@ ALLOWED_MB = 24
 
 def written(path: Path, hours: float) -> int:
     """Write a recording of touches without end; return its rows."""
-    run, rows = scenarios.run("four-specimens"), round(hours * 3600e9 / PERIOD_NS)
+    run = scenarios.run("four-specimens")
+    rows = round(hours * 3600e9 / PERIOD_NS)
     block = blank(rows)
     block["t_hard_ns"] = np.arange(rows) * PERIOD_NS
     block["t_soft_ns"] = block["t_hard_ns"] + PERIOD_NS // 2

@@ -20,9 +20,10 @@ from typing import Any
 import numpy as np
 import palpate
 from palpate.files import Json
-from palpate.live.commands import Workbench
+from palpate.live.commands import LiveWorkbench
 from palpate.live.files import RunFiles
 from palpate.live.measurement import LiveMeasurement
+from palpate.live.page_commands import MarkTextCommand, NoteCommand, PlanCommand
 from palpate.samples import DTYPE, Block
 from palpate.source_events import SourceEvent
 from palpate.sources import Source
@@ -123,10 +124,10 @@ class FirstTare(Listener):
             self._source.goes_on.set()
 
 
-def give_orders(bench: Workbench, source: Paced) -> None:
+def give_orders(bench: LiveWorkbench, source: Paced) -> None:
     """Give orders as a user does until the measurement ends; note which were answered."""
-    measurement: Any = bench.measurement
-    bench.do("plan", text=SPECIMENS, wanted=1)
+    measurement = bench.live
+    bench.run(PlanCommand(SPECIMENS, 1))
     while measurement.running and measurement.last is None:
         time.sleep(0.002)
     for number in range(ORDERS):
@@ -136,12 +137,12 @@ def give_orders(bench: Workbench, source: Paced) -> None:
             return
         text = f"order {number}"
         if number % 3 == 0:
-            bench.do("note", text=text)
+            bench.run(NoteCommand(text))
         elif number % 3 == 1:
-            mark = bench.do("mark")
-            bench.do("mark text", id=mark["id"], text=text)
+            mark = measurement.mark()
+            bench.run(MarkTextCommand(mark.id, text))
         else:
-            bench.do("plan", text=SPECIMENS, wanted=1, title=text)
+            bench.run(PlanCommand(SPECIMENS, 1, title=text))
         answer({"order": number})
 
 
@@ -156,7 +157,7 @@ def main() -> None:
     said = list[str]()
     files = RunFiles(given.folder / "run.csv", given.folder)
     measurement = LiveMeasurement(lambda: source, files, {"scene": "handheld"}, said.append)
-    bench = Workbench(measurement, given.source)
+    bench = LiveWorkbench(measurement, given.source)
     measurement.listeners.append(FirstTare(source))
     try:
         measurement.start()

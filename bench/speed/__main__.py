@@ -16,7 +16,8 @@ from bench.results_age import RESULTS, ROOT, about
 from bench.speed.calls import measure_native, measure_python
 
 PAGE = ROOT / "docs" / "numbers.md"
-MARK, END = "<!-- python -m bench.speed --table -->", "<!-- end -->"
+MARK = "<!-- python -m bench.speed --table -->"
+END = "<!-- end -->"
 Figures = dict[str, Any]
 
 LIMITS: list[tuple[str, str, float]] = [

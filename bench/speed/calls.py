@@ -39,7 +39,9 @@ class Chunks:
     """A block of a long series after the other, from the start again at the end."""
 
     def __init__(self, size: int, *series: NDArray[Any]) -> None:
-        self._size, self._series, self._chunk = size, series, -1
+        self._size = size
+        self._series = series
+        self._chunk = -1
         self.renew()
 
     def renew(self) -> None:
@@ -147,7 +149,8 @@ def block_work() -> Iterator[Work]:
     y, x = press(BLOCK * CHUNKS)
 
     def block(name: str, estimator: Any, size: int = BLOCK) -> Work:
-        chunks, out = Chunks(size, y, x), np.empty(size)
+        chunks = Chunks(size, y, x)
+        out = np.empty(size)
         error = error_of(type(estimator)().process(y[:size], x[:size]))
         return Work(
             f"Python {name}", size, lambda: estimator.process(*chunks.now, out), chunks.renew, error
@@ -160,11 +163,13 @@ def block_work() -> Iterator[Work]:
     traced = Chunks(BLOCK, y, x)
     out = one.trace(*traced.now)
     yield Work("Python trace, 2000", BLOCK, lambda: one.trace(*traced.now, out), traced.renew)
-    shape, size = (156, 64), 156 * 64
+    shape = (156, 64)
+    size = 156 * 64
 
     def streams(estimator: Any) -> Work:
         bank = palpate.Bank(estimator, 64)
-        chunks, ratios = Chunks(size, y, x), np.empty(shape)
+        chunks = Chunks(size, y, x)
+        ratios = np.empty(shape)
         error = error_of(bank.copy().process(*(a[:size].reshape(shape) for a in (y, x))))
 
         def update() -> None:
@@ -177,10 +182,8 @@ def block_work() -> Iterator[Work]:
 
     yield streams(palpate.AdaptiveRls())
     yield streams(palpate.HandoverRls())
-    tracker, held = (
-        palpate.Tracker("handheld", samples=None, seconds=None),
-        Chunks(BLOCK, *readings(BLOCK * 240)),
-    )
+    tracker = palpate.Tracker("handheld", samples=None, seconds=None)
+    held = Chunks(BLOCK, *readings(BLOCK * 240))
     held.renew()  # each block is seen once: a tracker takes no time twice
 
     def track() -> None:
@@ -192,8 +195,10 @@ def block_work() -> Iterator[Work]:
 
 def ring_work() -> Iterator[Work]:
     """Yield functions that copy 250 samples from a numpy array through a queue into another array."""
-    ring, queue = palpate.SampleRing(512), deque[Any]()
-    rows, out = np.zeros(250, ring.dtype), np.empty(250, ring.dtype)
+    ring = palpate.SampleRing(512)
+    queue = deque[Any]()
+    rows = np.zeros(250, ring.dtype)
+    out = np.empty(250, ring.dtype)
     rows["seq"] = range(250)
 
     def by_ring() -> None:

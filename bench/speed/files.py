@@ -60,7 +60,8 @@ def times(ways: dict[str, Callable[[], Any]], rounds: int) -> dict[str, list[flo
 
 def rows_of_a_file(folder: Path, rows: int, rounds: int) -> None:
     """Print what a row costs; the times of a table are divided by its first one."""
-    own, other = folder / "own.csv", foreign(folder / "foreign.csv", rows)
+    own = folder / "own.csv"
+    other = foreign(folder / "foreign.csv", rows)
     written(own, rows * PERIOD_NS / 3600e9)
     copies = iter(folder / f"copy-{number}.csv" for number in range(rounds + 1))
     tables: dict[str, dict[str, Callable[[], Any]]] = {
@@ -80,7 +81,8 @@ def rows_of_a_file(folder: Path, rows: int, rounds: int) -> None:
         found = times(ways, rounds)
         print(f"{title:40} ns a row  median  / pandas")
         for name, each in found.items():
-            least, quotient = 1e9 * min(each) / rows, min(each) / min(found["pandas.read_csv"])
+            least = 1e9 * min(each) / rows
+            quotient = min(each) / min(found["pandas.read_csv"])
             print(f"{name:40} {least:8.0f} {1e9 * np.median(each) / rows:7.0f} {quotient:9.2f}")
 
 

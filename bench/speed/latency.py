@@ -160,7 +160,8 @@ def live_ages(
     source = _Timed(board)
     settings: Any = settings_for("handheld", Instrument.of(board.describe()))
     tracker = _TimedTracker("handheld", **settings)
-    tracker.board, tracker.times = board, []
+    tracker.board = board
+    tracker.times = []
     done: dict[int, int] = {}
     with Stream(source, tracker) as stream:
         for estimate in stream:
@@ -185,7 +186,9 @@ def alignment_pairs() -> float:
 
     Without memory (steady 0.01) and without the detector the estimator gives the ratio of the last pair, 0.01 pairs late.
     """
-    period, slope, touch = 0.026, 0.02, 100
+    period = 0.026
+    slope = 0.02
+    touch = 100
     t_hard = period * np.arange(400)
     t_soft = t_hard + period / 2
     truth = 2 + slope * np.arange(400)
@@ -219,11 +222,13 @@ def gate(name: str, touches: int) -> tuple[NDArray[np.int64], NDArray[np.float64
     touches : int
         Number of seeds; the first touch of each. They begin at all phases of the converter.
     """
-    pairs, times = [], []
+    pairs = []
+    times = []
     for seed in range(touches):
         run = simulate(shifted(name, seed / touches), seed)
         rows = palpate.Tracker("handheld").process(run.t_hard_s, run.t_soft_s, run.hard, run.soft)
-        found, start = int(rows["contact"].argmax()), run.presses[0].start_s
+        found = int(rows["contact"].argmax())
+        start = run.presses[0].start_s
         assert np.isfinite(rows["ratio"][found])
         pairs.append(found + 1 - int(np.searchsorted(run.t_soft_s, start)))
         times.append(1e3 * (run.t_soft_s[found] + CONVERSION_S[0] / 2 - start))

@@ -45,11 +45,13 @@ def waited(holds: Callable[[], Any], begin: float) -> float:
 
 def measure(path: Path, folder: Path) -> dict[str, float]:
     """Open a recording in a page; return the times."""
-    options, found = webdriver.ChromeOptions(), dict[str, float]()
+    options = webdriver.ChromeOptions()
+    found = dict[str, float]()
     for argument in ("headless=new", "no-sandbox", "disable-dev-shm-usage", "window-size=1280,800"):
         options.add_argument(f"--{argument}")
     options.add_experimental_option("prefs", {"download.default_directory": str(folder)})
-    touches, table = palpate.touches(palpate.read(path)), folder / f"{path.stem}-touches.csv"
+    touches = palpate.touches(palpate.read(path))
+    table = folder / f"{path.stem}-touches.csv"
     command = [
         sys.executable,
         "-m",
@@ -64,7 +66,8 @@ def measure(path: Path, folder: Path) -> dict[str, float]:
     ]
     with webdriver.Chrome(options, webdriver.ChromeService(shutil.which("chromedriver"))) as page:
         page.get("about:blank")
-        begin, run = time.monotonic(), page.execute_script
+        begin = time.monotonic()
+        run = page.execute_script
         with Popen(command, stdout=PIPE, stderr=DEVNULL, text=True) as server, ExitStack() as end:
             end.callback(server.terminate)
             assert server.stdout

@@ -5,7 +5,7 @@ import packed from "./palpate.wasm.gz";
 import demoRows from "./demo.csv.gz";
 import demoSidecar from "./demo.json.gz";
 import { $, make, put } from "./page/dom.js";
-import { Screen } from "./page/screen.js";
+import { Shell } from "./page/shell.js";
 import { Store } from "./page/store.js";
 import { recordingOf } from "./recording.js";
 
@@ -18,8 +18,8 @@ const KEYS = [["O", "Open a recording", "open"]];
 
 for (const id of ["noise", "going", "step"]) $(id).remove(); // what needs the server of palpate live
 const store = new Store(Infinity); // all rows
-const screen = new Screen(store, { more: KEYS, memory: {} }); // it stores nothing
-const { known, line, charts } = screen;
+const shell = new Shell(store, { more: KEYS, memory: {} }); // it stores nothing
+const { known, line, charts } = shell;
 const compiled = unpacked(packed).then((bytes) => WebAssembly.compile(bytes));
 let measurements = 0;
 
@@ -29,11 +29,11 @@ async function unpacked(bytes) {
 
 // Shows a recording.
 function show(got) {
-  screen.hear("hello", { ...got.hello, measurement: ++measurements });
+  shell.receive("hello", { ...got.hello, measurement: ++measurements });
   put("source", [...new Set([got.name, got.device, got.scene])].filter(Boolean).join(" · "));
   for (const block of got.parts.splice(0)) store.add(block);
   charts.frame();
-  for (const kind of ["session", "events", "touches", "state"]) screen.hear(kind, got[kind]);
+  for (const kind of ["session", "events", "touches", "state"]) shell.receive(kind, got[kind]);
   $("found").hidden = !got.messages.length;
   $("messages").replaceChildren(...got.messages.map((textContent) => make("li", { textContent })));
 }
@@ -58,7 +58,7 @@ async function demo() {
   const got = recordingOf(await Core.of(await compiled), [{ name: "demo.csv", bytes: rows }, { name: "demo.json", bytes: sidecar }]);
   if (measurements) return; // the visitor was faster
   show(Object.assign(got, { name: "simulated touches" }));
-  screen.hear("state", { ...known.state, ...DEMO });
+  shell.receive("state", { ...known.state, ...DEMO });
 }
 
 // A refusal is for the visitor; what else the browser throws is a fault of this page, or of it.

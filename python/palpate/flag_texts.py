@@ -65,9 +65,12 @@ def explain_saturated(touch: "Touch") -> str:
 def explain_refused(touch: "Touch") -> str:
     """Explain that many readings gave no sample."""
     readings = touch.samples + touch.refused + touch.saturated
+    text = f"{touch.refused} of {readings} readings gave no sample: they or their neighbours have no value"
+    if "late" in touch.flags:
+        return f"{text}, as the computer was too slow for them: close other programs"
     return (
-        f"{touch.refused} of {readings} readings gave no sample: they or their neighbours have no "
-        "value: check the cable and the connection of the board"
+        f"{text}: check the cable and the connection of the board; if they are good, the computer "
+        "was too slow: close other programs"
     )
 
 

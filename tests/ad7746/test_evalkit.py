@@ -28,7 +28,8 @@ from recording_bench import SampleReader, soon
 
 FOREVER = math.inf
 # pairs to read after a fault: if the driver must continue, and at most until it must raise
-PAIRS, ENOUGH = (2, 20)
+PAIRS = 2
+ENOUGH = 20
 ANY = -1  # any count: it depends on the timing
 IMAGE = ":03000000020100FA\n:00000001FF\n"
 
@@ -128,7 +129,8 @@ def bench() -> Iterator[Bench]:
 
 def begun(bench: Bench, fault: Fault) -> Ad7746:
     """Return the driver after a pair, with a fault to come; the chip is slow."""
-    bench.replug_s, bench.kit.chip.pace = 1.0, 1.05
+    bench.replug_s = 1.0
+    bench.kit.chip.pace = 1.05
     driver = bench.open(CENTRED)
     bench.read(driver, 1)
     bench.kit.faults.append(replace(fault))
@@ -264,10 +266,12 @@ def test_a_read_that_waits_is_interrupted(bench: Bench) -> None:
 
 def test_a_touch_is_streamed(bench: Bench, tally: Tally) -> None:
     """No pair is lost; the period is that of the simulated board; the driver leaves the processor to other threads."""
-    driver, pairs = bench.open(), 250
+    driver = bench.open()
+    pairs = 250
     # in real time a busy machine may be late: then once more
     for _ in range(3 if bench.carrier.real else 1):
-        before, used = (driver.counters.lost, driver.counters.retries), time.thread_time()
+        before = (driver.counters.lost, driver.counters.retries)
+        used = time.thread_time()
         samples = bench.read(driver, pairs)[-pairs:]
         used = time.thread_time() - used
         if (driver.counters.lost, driver.counters.retries) == before:

@@ -171,7 +171,8 @@ def test_schedules_of_faults_and_replugs(tmp_path: Path, tally: Tally) -> None:
                 bench.read(driver, random.randint(1, 3))
                 bench.fail(FaultKind.UNPLUG, random.uniform(0.0, 60.0), skip=random.randint(0, 20))
                 for _ in range(random.randint(0, 4)):
-                    request, skip = random.choice([RAM, None]), random.randint(0, 60)
+                    request = random.choice([RAM, None])
+                    skip = random.randint(0, 60)
                     bench.fail(
                         random.choice(FAULTS), random.uniform(0.0, 12.0), request=request, skip=skip
                     )

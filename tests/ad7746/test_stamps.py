@@ -82,7 +82,8 @@ class StalledBackend(SimulatedUsb):
 
     def __init__(self, clock: StalledClock, share: float) -> None:
         super().__init__(SteadyClock(clock))
-        self._stalled, self._share = clock, share
+        self._stalled = clock
+        self._share = share
 
     def ctrl_transfer(self, *request: Any) -> int:
         """Do one control transfer; stopped before it is begun, or after its end."""
@@ -141,13 +142,15 @@ def test_a_quiet_computer(world: World, tally: Tally) -> None:
         driver = bench.open()
         start_ns = bench.carrier.clock.now_ns()
         driver.auto_capdac()
-        told_s, begun_ns = driver.describe()["period_s"], bench.carrier.clock.now_ns()
+        told_s = driver.describe()["period_s"]
+        begun_ns = bench.carrier.clock.now_ns()
         bench.read(driver, 60)
         period_s = (bench.carrier.clock.now_ns() - begun_ns) / 60e9
         tally.note("error of a kit stamp, quiet, ms", check_stamps(bench, start_ns))
         assert driver.counters.lost == 0
         assert told_s == pytest.approx(period_s, rel=0.02)
         assert driver.period_s == pytest.approx(period_s, rel=0.01)
+        assert driver.fastest_period_s == pytest.approx(period_s, rel=0.03)
         assert (
             max(
                 abs(each)
@@ -182,6 +185,9 @@ def test_a_lost_pair_says_how_uncertain_it_was() -> None:
         bench.read(driver, 10)
         bench.check_samples(driver)
         lost = [sample for sample in bench.samples if sample.status == Status.LOST]
+        quiet_s = 2 * 1.25 * (0.1096 + 0.0047)  # the data sheet's, the kit's bus, and the margin
+        assert driver.fastest_period_s == pytest.approx(quiet_s)
+        assert driver.period_s > 1.1 * quiet_s
         assert len(lost) > 5
         assert all(sample.t_uncertainty_us > 2000 for sample in lost)
         assert (driver.counters.reopened, driver.counters.lost) == (0, len(lost))
@@ -224,7 +230,8 @@ _PARTS, _SCHEDULES = (20, 500) if NIGHTLY else (1, draws(300))
 
 
 def fault_of(random: Random) -> Fault:
-    kind, share = random.choice(list(FaultKind)), random.random()
+    kind = random.choice(list(FaultKind))
+    share = random.random()
     amount = _AMOUNTS[kind](share) if kind in _AMOUNTS else 1 + round(2 * share)
     request = random.choice([None, None, I2C, ERROR_COUNT, PORTS])
     return Fault(kind, amount, random.randint(0, 30), request, random.randint(1, 4))

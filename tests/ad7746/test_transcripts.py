@@ -54,7 +54,8 @@ class Script(SimulatedBoard):
 
 def test_a_pair() -> None:
     clock = VirtualClock()
-    script, backend = Script(clock), SimulatedUsb(clock)
+    script = Script(clock)
+    backend = SimulatedUsb(clock)
     backend.plug(script)
     driver = Ad7746(
         EvalKit(backend=backend, clock=clock),

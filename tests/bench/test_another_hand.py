@@ -131,7 +131,8 @@ def test_quick_touches_have_no_level_ratio() -> None:
 
 
 def test_objects_are_unknown_or_specimens() -> None:
-    low, high = 0.2, 0.6
+    low = 0.2
+    high = 0.6
     drawn = objects(Measuring(moduli_MPa=(low, high)), SEED)
     assert all(low <= one.modulus_MPa <= high for one in drawn)
     known = objects(Measuring(known=True), SEED)

@@ -59,7 +59,8 @@ def test_a_press_has_the_true_ratio(by: lab_worlds.Presser, exponent: float, pai
     # Tremor and relaxing move between both readings of a pair: only a stage is exact.
     session = lab_worlds.make(replace(QUIET, by=by, exponent=exponent, pair_s=pair_s), SEED)
     for press in session.presses:
-        early_s, late_s = press.held_s + pair_s, press.release_s - pair_s
+        early_s = press.held_s + pair_s
+        late_s = press.release_s - pair_s
         inside = (session.times_s > early_s) & (session.times_s < late_s)
         hard, soft = (
             session.values[row, inside[row]].mean() - session.levels[row] for row in (HARD, SOFT)
@@ -98,7 +99,8 @@ def test_a_conversion_is_a_mean(pair_s: float) -> None:
     random = np.random.default_rng(SEED)
     press = Press(1.0, 1.3, 3.0, 3.3, 0.25)
     hand = lab_worlds.Hand(HAND, press, 2.0, random)
-    times, length_s = np.arange(1.5, 2.8, 0.0371), 0.42 * pair_s
+    times = np.arange(1.5, 2.8, 0.0371)
+    length_s = 0.42 * pair_s
     fine = length_s * (np.arange(400) + 0.5) / 400 - length_s / 2
     exact = [hand.forces(time_s + fine, HARD).mean() for time_s in times]
     found = lab_worlds.converted([hand], [press], times, HARD, length_s)
@@ -115,7 +117,8 @@ def test_lines_have_their_band_and_size() -> None:
 
 
 def test_a_seed_is_a_hand_whatever_its_faults() -> None:
-    one, same = lab_worlds.make(HAND, 1), lab_worlds.make(HAND, 1)
+    one = lab_worlds.make(HAND, 1)
+    same = lab_worlds.make(HAND, 1)
     faulty = lab_worlds.make(replace(HAND, faults=(Walk(),)), 1)
     np.testing.assert_array_equal(one.values, same.values)
     assert one.presses == faulty.presses
@@ -150,7 +153,8 @@ def test_a_loose_wire_falls_to_the_baseline(longest: int) -> None:
     shares = []
     for seed in range(20):
         session, change = changes(replace(QUIET, reading_faults=(LooseWire("soft", 0.2, longest),)), seed)  # fmt: skip
-        t, press = session.times_s[SOFT], session.presses[0]
+        t = session.times_s[SOFT]
+        press = session.presses[0]
         inside = (t > press.held_s) & (t < press.release_s)
         fallen = inside & (change[SOFT] != 0)
         assert set(session.values[SOFT, fallen].tolist()) == {session.levels[SOFT]}

@@ -18,7 +18,8 @@ ANGLE_DEG = 1.0
 @pytest.mark.parametrize("probe", [name for name in layouts.PROBES if name not in layouts.PRESS_PF])
 def test_the_error_of_a_tilt_is_that_of_the_geometry(probe: str, seed: int) -> None:
     touch, truth = layouts.touched(probe, ANGLE_DEG, seed)
-    substrate, sign = layouts.PROBES[probe], layouts.sign(seed)
+    substrate = layouts.PROBES[probe]
+    sign = layouts.sign(seed)
     stiffness = substrate.soft_pF_per_mm * (1 - 1 / truth) / (1 - 1 / PROBE.rigid_ratio)
     depth = (1 / (1 + truth) / stiffness) ** (1 / substrate.exponent)
     share = sign * substrate.spacing_mm * math.tan(math.radians(ANGLE_DEG)) / depth  # g / d

@@ -68,7 +68,8 @@ def test_the_interval_needs_the_same_noise_at_all_depths() -> None:
 
 
 def test_the_fisher_bound_without_tremor_is_that_of_least_squares() -> None:
-    setup, hard = Setup(), np.arange(0.010, 0.4, 0.026)
+    setup = Setup()
+    hard = np.arange(0.010, 0.4, 0.026)
     times = np.sort(np.concatenate([hard, hard + 0.013]))
     found = information(setup, times, np.arange(len(times)) % 2 == 0)[-1]
     shape = [

@@ -35,7 +35,8 @@ def test_the_command_writes_all_figures_with_their_captions(tmp_path: Path) -> N
 def test_fig_6_and_7_show_what_the_paper_says() -> None:
     for name, t in two_specimens(0).items():
         [rows] = stretches(t.statistic)
-        first, last = rows[30:40], rows[-100:]
+        first = rows[30:40]
+        last = rows[-100:]
         error = {
             each: np.abs(getattr(t, each) / t.truth - 1) for each in ("slow", "fast", "handheld")
         }

@@ -101,7 +101,8 @@ def test_a_bank_is_many_estimators(
 
 @pytest.mark.parametrize("bank_type", BANKS)
 def test_reset_and_equality(bank_type: Any) -> None:
-    bank, fresh = bank_type(6), bank_type(6)
+    bank = bank_type(6)
+    fresh = bank_type(6)
     bank.process(*samples(40, 6, 5, dtype_of(bank_type)))
     assert bank == copy.copy(bank) != fresh
     bank.reset()

@@ -66,7 +66,8 @@ def test_arguments_of_a_block(name: str) -> None:
     def call(*arguments: Any, **named: Any) -> Any:
         return getattr(palpate.AdaptiveRls(), name)(*arguments, **named)
 
-    y, x = [0.5, 0.6], [0.25, 0.25]
+    y = [0.5, 0.6]
+    x = [0.25, 0.25]
     expected = call(y, x)
     for found in (
         call(y, regressor=x),
@@ -91,7 +92,9 @@ def test_arguments_of_a_block(name: str) -> None:
 
 def test_the_references_of_arguments_and_results_balance() -> None:
     """A block by the short way and by the long one gives back every reference that it took."""
-    y, x, out = np.ones(8), np.ones(8), np.empty(8)
+    y = np.ones(8)
+    x = np.ones(8)
+    out = np.empty(8)
     estimator = palpate.AdaptiveRls()
     calls: list[Any] = [(y, x, out), (y[::2], x[::2], out[::2]), (y, x, None)]
     before = [sys.getrefcount(a) for a in (y, x, out, None)]
@@ -104,7 +107,8 @@ def test_the_references_of_arguments_and_results_balance() -> None:
 
 @pytest.mark.parametrize("convert", [tuple, list, np.array, lambda values: np.array(values)[::-1]])
 def test_regressors_of_any_kind_give_the_same_bits(convert: Any) -> None:
-    taken, expected = palpate.VectorRls(2), palpate.VectorRls(2)
+    taken = palpate.VectorRls(2)
+    expected = palpate.VectorRls(2)
     values = [0.25, 3.0]
     order = values[::-1] if convert(values)[0] == 3.0 else values
     for output in (2.0, 3.5, 1.25):

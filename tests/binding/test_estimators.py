@@ -20,9 +20,9 @@ OUTPUT = 2.5 * REGRESSOR + 0.004 * RANDOM.standard_normal(300)
 def samples_of(kind: Any) -> tuple[NDArray[Any], NDArray[Any]]:
     """Return the samples in the type of an estimator, or in rows of three for a bank."""
     output, regressor = (each.astype(dtype_of(kind)) for each in (OUTPUT, REGRESSOR))
-    return (
-        (output.reshape(-1, 3), regressor.reshape(-1, 3)) if kind in BANKS else (output, regressor)
-    )
+    if kind in BANKS:
+        return (output.reshape(-1, 3), regressor.reshape(-1, 3))
+    return (output, regressor)
 
 
 @every_block
@@ -79,7 +79,8 @@ def test_bad_blocks_are_refused_whole(
 
 @every
 def test_a_bad_out_is_refused(kind: Any) -> None:
-    estimator, dtype = kind(), dtype_of(kind)
+    estimator = kind()
+    dtype = dtype_of(kind)
     read_only = np.empty(300, dtype)
     read_only.flags.writeable = False
     other = np.float32 if dtype == np.float64 else np.float64

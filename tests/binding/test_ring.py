@@ -50,7 +50,9 @@ class RingAndDeque(RuleBasedStateMachine):
 
     @rule(count=st.integers(0, 40))
     def pop_many(self, count: int) -> None:
-        out, expected = samples(-1000, count), samples(-1000, count)  # the rest stays untouched
+        # the rest stays untouched
+        out = samples(-1000, count)
+        expected = samples(-1000, count)
         number = min(count, len(self.model))
         for i in range(number):
             expected[i] = samples(self.model.popleft(), 1)[0]
@@ -79,8 +81,10 @@ TestRingAndDeque: Any = RingAndDeque.TestCase
 
 
 def test_two_threads_lose_nothing_that_is_not_counted() -> None:
-    ring, total = SampleRing(256), 100_000
-    out, seen = np.empty(100, ring.dtype), []
+    ring = SampleRing(256)
+    total = 100_000
+    out = np.empty(100, ring.dtype)
+    seen = []
 
     def produce() -> None:
         for first in range(0, total, 50):

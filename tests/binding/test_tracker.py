@@ -149,7 +149,8 @@ def test_no_input_gives_a_ratio_that_is_no_number(scene: Any, bad: float) -> Non
     run = scenarios.run("tremor", 1)
     for seed in range(6):
         rng = np.random.default_rng(seed)
-        hard, soft = run.hard.copy(), run.soft.copy()
+        hard = run.hard.copy()
+        soft = run.soft.copy()
         for channel in (hard, soft):
             channel[rng.integers(0, len(hard), 8)] = bad
             start = rng.integers(0, len(hard) - 40)

@@ -109,7 +109,8 @@ def test_blocks_from_256_readings_on_let_other_threads_run(size: int, *, lets: b
     columns = [column[:size] for column in (run.t_hard_s, run.t_soft_s, run.hard, run.soft)]
     # the first one in a process gives the lock away once, of any size
     palpate.Tracker().take(*columns)
-    ended, turns = threading.Event(), 0
+    ended = threading.Event()
+    turns = 0
 
     def count() -> None:
         nonlocal turns
@@ -117,13 +118,15 @@ def test_blocks_from_256_readings_on_let_other_threads_run(size: int, *, lets: b
             turns += 1
             time.sleep(0)
 
-    before, seen = sys.getswitchinterval(), False
+    before = sys.getswitchinterval()
+    seen = False
     sys.setswitchinterval(1000)
     worker = threading.Thread(target=count)
     try:
         worker.start()
         for _ in range(1_000_000 if lets else 300):
-            tracker, at = palpate.Tracker(), turns
+            tracker = palpate.Tracker()
+            at = turns
             tracker.take(*columns)
             if seen := turns != at:
                 break

@@ -58,7 +58,8 @@ def test_exact_ratios_give_the_parameters_back(probe: Elasticity) -> None:
 def test_the_third_parameter() -> None:
     probe = Elasticity(9.0, 2.0, 0.9)  # the hard channel's gain is 10 % too small
     data = ratios(FOUR, 0.01, probe=probe)
-    wrong, right = Calibration.fit(data, FOUR), Calibration.fit(data, FOUR, soft_ratio=None)
+    wrong = Calibration.fit(data, FOUR)
+    right = Calibration.fit(data, FOUR, soft_ratio=None)
     assert not wrong.sound
     assert "does not fit" in wrong.verdict
     assert right.sound
@@ -119,7 +120,8 @@ def test_the_interval_is_asymmetric_and_then_one_sided(calibration: Calibration)
 
 def test_no_answer_has_a_reason(calibration: Calibration) -> None:
     rigid = calibration.probe.rigid_ratio
-    above, far = calibration.modulus(rigid * 1.01), calibration.modulus(rigid * 2)
+    above = calibration.modulus(rigid * 1.01)
+    far = calibration.modulus(rigid * 2)
     assert isnan(above.value)
     assert 0 < above.low < above.high == inf
     assert (
@@ -130,7 +132,8 @@ def test_no_answer_has_a_reason(calibration: Calibration) -> None:
     assert all(map(isnan, far))
     assert far.reason.endswith("the difference is larger than the uncertainty")
     assert str(far) == "no modulus"
-    below, nothing = calibration.modulus(0.99), calibration.modulus(0.2)
+    below = calibration.modulus(0.99)
+    nothing = calibration.modulus(0.2)
     assert (isnan(below.value), below.low) == (True, 0.0)
     assert 0 < below.high < 0.1
     assert str(below).startswith("softer than")
@@ -360,12 +363,14 @@ def test_another_unit_or_gain_changes_the_unit_alone(
     session: Session, factor: float, gain: float, share: float
 ) -> None:
     """Moduli times c: the half modulus and both ends times c. Ratios and the soft ratio times g: the same moduli."""
-    one, other = session.calibrated(), session.calibrated(factor, gain)
+    one = session.calibrated()
+    other = session.calibrated(factor, gain)
     assert other.probe.rigid_ratio == pytest.approx(gain * one.probe.rigid_ratio, rel=RELATIVE)
     assert other.probe.half_modulus == pytest.approx(factor * one.probe.half_modulus, rel=RELATIVE)
     assert other.touch_spread == pytest.approx(one.touch_spread, rel=1e-3, abs=1e-6)
     ratio = at(one, share)
-    a, b = one.modulus(ratio, 0.01), other.modulus(gain * ratio, gain * 0.01)
+    a = one.modulus(ratio, 0.01)
+    b = other.modulus(gain * ratio, gain * 0.01)
     assert (b.low, b.value) == pytest.approx((factor * a.low, factor * a.value), rel=1e-3)
     assert isfinite(a.high) == isfinite(b.high) or a.high > 1e4 * session.half
     if isfinite(a.high) and a.high < 100 * session.half:
@@ -442,7 +447,8 @@ class Scatter:
 def coverage(scatter: Scatter) -> dict[float, tuple[float, float]]:
     """Return for each share of the rigid ratio: how often the interval holds the truth, and how often it is one-sided."""
     random = np.random.default_rng(2026)
-    held, open_ended = dict.fromkeys(SHARES, 0), dict.fromkeys(SHARES, 0)
+    held = dict.fromkeys(SHARES, 0)
+    open_ended = dict.fromkeys(SHARES, 0)
     for _ in range(PROBES):
         ratios = scatter.ratios(MODULI, scatter.touches, random).ravel()
         moduli = np.repeat(MODULI, scatter.touches)

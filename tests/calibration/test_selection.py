@@ -317,11 +317,9 @@ def test_what_does_not_exclude_a_touch() -> None:
 
 
 def test_calibrate_replay_and_report_follow_the_choice(tilted: Path) -> None:
-    printed, probe, gel = (
-        (tilted / "printed.txt").read_text(),
-        tilted / "probe.toml",
-        tilted / "gel" / "gel.csv",
-    )
+    printed = (tilted / "printed.txt").read_text()
+    probe = tilted / "probe.toml"
+    gel = tilted / "gel" / "gel.csv"
     assert re.search(
         r"^ratio: level: its error on a specimen left out is 0\.\d\d %; hold \d\.\d %$",
         printed,
@@ -364,7 +362,8 @@ def test_calibrate_replay_and_report_follow_the_choice(tilted: Path) -> None:
 
 
 def test_a_touch_that_was_measured_otherwise_has_no_modulus(tilted: Path) -> None:
-    probe, gel = tilted / "probe.toml", tilted / "gel" / "gel.csv"
+    probe = tilted / "probe.toml"
+    gel = tilted / "gel" / "gel.csv"
     other = run(
         "replay", gel, "--calibration", probe, "--set", "age=1", "--set", "contact_exponent=1.5"
     ).stdout

@@ -52,7 +52,8 @@ def test_a_session_is_what_was_asked_for() -> None:
 def test_choices(touches: dict[str, list[palpate.Touch]]) -> None:
     four = touches["50 A"]
     ratios = np.array([t.ratio for t in four])
-    mean, weighted = combined_ratio(four, "mean"), combined_ratio(four, "weighted")
+    mean = combined_ratio(four, "mean")
+    weighted = combined_ratio(four, "weighted")
     assert mean.ratio == pytest.approx(ratios.mean())
     assert mean.standard_error == pytest.approx(np.sqrt(sum(t.standard_error**2 for t in four)) / 4)
     assert mean.touches == pytest.approx(4)

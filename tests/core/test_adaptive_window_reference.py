@@ -42,7 +42,8 @@ def hand(
     drift: float = 0.0, spikes: int = 0, reversal: bool = False,
 ) -> Signals:  # fmt: skip
     """Return outputs and regressors of a touch: noise relative to the output, its correlation, a tone, and events."""
-    random, k = np.random.default_rng(seed), np.arange(SIZE)
+    random = np.random.default_rng(seed)
+    k = np.arange(SIZE)
     noises = coloured(random, SIZE, rho)
     regressor = 0.25 * np.minimum(1, (k + 1) / 8) * (1 + 0.02 * random.standard_normal(SIZE))
     if reversal:
@@ -195,7 +196,8 @@ def assert_near(
     sizes = {"ratio": size, "innovation": output + size * regressor, "statistic": 10.0}
     assert rows["alarm"][:end].tolist() == exact.alarm[:end].tolist()
     for name, relative in allowed.items():
-        found, right = rows[name][:end], getattr(exact, name)[:end].astype(float)
+        found = rows[name][:end]
+        right = getattr(exact, name)[:end].astype(float)
         assert np.array_equal(np.isnan(found), np.isnan(right)), name
         assert np.array_equal(np.isinf(found), np.isinf(right)), name
         known = np.isfinite(right)

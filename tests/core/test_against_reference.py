@@ -41,7 +41,8 @@ def check(
     """Compare the core with the reference at every sample, up to the first at which rounding may decide the alarm."""
     output, regressor = samples
     exact = exactly(output, regressor, **settings)
-    drift, initial_ratio = settings["drift"], settings["initial_ratio"]
+    drift = settings["drift"]
+    initial_ratio = settings["initial_ratio"]
     bounds = rounding_bounds(exact, regressor, drift=drift, initial_ratio=initial_ratio, kind=kind)
     rows = ESTIMATORS[kind](**settings).trace(output, regressor)
     for k, row in enumerate(rows):
@@ -50,7 +51,8 @@ def check(
             return k
         assert row["alarm"] == exact.alarm[k]
         for name, bound in bounds.items():
-            value, right = float(row[name]), getattr(exact, name)[k]
+            value = float(row[name])
+            right = getattr(exact, name)[k]
             assert abs(float(Decimal(value) - right)) <= bound[k], (k, name, value, right)
             assert name not in ("ratio", "covariance") or deviation(value, right, kind) <= most_eps
     return len(rows)

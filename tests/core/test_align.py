@@ -65,7 +65,8 @@ def readings(draw: st.DrawFn) -> tuple[NDArray[Any], ...]:
     if phase == 0.0:
         t_soft = t_hard.copy()
     if draw(st.booleans()):  # the clock is set back
-        at, back = draw(st.integers(0, count - 1)), np.int64(draw(st.integers(0, 10**10)))
+        at = draw(st.integers(0, count - 1))
+        back = np.int64(draw(st.integers(0, 10**10)))
         t_hard[at:] -= back
         t_soft[at:] -= back
     scale = 10.0 ** draw(st.integers(-9, 9))
@@ -81,7 +82,8 @@ def readings(draw: st.DrawFn) -> tuple[NDArray[Any], ...]:
 def allowed(t_soft: NDArray[Any], soft: NDArray[Any], hard: NDArray[Any]) -> float:
     """Return the rounding of a pair: 50 operations on products of values and weights, the largest in the interpolation."""
     there = np.isfinite(soft)
-    t, s = t_soft[there], soft[there]
+    t = t_soft[there]
+    s = soft[there]
     largest = 1.0
     for i in range(3, len(t)):
         window = t[i - 3 : i + 1]

@@ -58,7 +58,9 @@ def test_a_tilt_decides_nothing(tilt_pF: float, share: float) -> None:
 
     The tilt makes the hard channel larger, all over the hold.
     """
-    step_pF, shares, halves = 3e-3, [], []
+    step_pF = 3e-3
+    shares = []
+    halves = []
     for seed in SEEDS:
         session = stepped(seed, step_pF, "release")
         for press in session.presses:

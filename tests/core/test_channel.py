@@ -25,7 +25,8 @@ def idle(
     code: float,
 ) -> NDArray[np.float64]:
     """Return a channel without contact: noise relative to the scale, a drift in noises a value, spikes, a jump, codes."""
-    random, k = np.random.default_rng(seed), np.arange(count)
+    random = np.random.default_rng(seed)
+    k = np.arange(count)
     deviations = random.standard_normal(count) + drift * k + jump * (k > random.integers(count))
     deviations += 1e4 * (random.random(count) < spikes)
     if code:
@@ -51,7 +52,9 @@ def by_reference(
     values: NDArray[np.float64], period_ns: int
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
     """Return the rows of the driver, and where the test for a drift is decided by more than rounding."""
-    baseline, rows, clear = Baseline(), [], []
+    baseline = Baseline()
+    rows = []
+    clear = []
     for number, value in enumerate(values.tolist()):
         baseline.add(value)
         if period_ns:
@@ -101,7 +104,8 @@ def test_the_limit_of_a_first_slope_is_that_of_the_reference(seed: int) -> None:
         assert recovery == pytest.approx(first_level(values(jump)).recovery, rel=1e-6, abs=1e-11)
 
 
-CONTACT, AGE = 0, 1
+CONTACT = 0
+AGE = 1
 Row = tuple[float, float, float, bool]
 
 heights = st.sampled_from(
@@ -125,7 +129,9 @@ def courses(draw: st.DrawFn) -> list[Row]:
 
 def decided(course: list[Row]) -> tuple[list[list[float]], NDArray[np.float64]]:
     """Return the rows for the driver, and what the reference makes of them."""
-    gate, given_, right = Contact(), [], []
+    gate = Contact()
+    given_ = []
+    right = []
     for change, noise, waited, wished in course:
         between = wished and gate.state == "idle"
         given_.append([change, noise, waited, between])

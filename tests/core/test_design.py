@@ -39,8 +39,10 @@ def simulated(
     drift: float, threshold: float, shift: float, clip: float, *, two_sided: bool
 ) -> float:
     """Return the mean run length of many runs."""
-    random, alive = np.random.default_rng(5), RUNS
-    sides, total = np.zeros((2, RUNS)), 0
+    random = np.random.default_rng(5)
+    alive = RUNS
+    sides = np.zeros((2, RUNS))
+    total = 0
     while alive:
         z = np.clip(shift + random.standard_normal(alive), -clip, clip)
         sides = np.maximum(
@@ -178,9 +180,11 @@ def test_what_is_no_threshold_is_refused() -> None:
 
 def test_the_default_threshold_buys_what_its_page_says() -> None:
     """docs/threshold.md: intervals, more than a spike in four pairs can add, less than five samples of a change add."""
-    tracker, estimator = palpate.Tracker("handheld"), palpate.HandoverRls()
+    tracker = palpate.Tracker("handheld")
+    estimator = palpate.HandoverRls()
     for detector, interval in ((tracker, 1.16e7), (estimator, 5.36e7)):
-        drift, clip = detector.settings["smallest_shift"] / 2, detector.settings["clip"]
+        drift = detector.settings["smallest_shift"] / 2
+        clip = detector.settings["clip"]
         found = run_length(drift, detector.threshold, clip=clip) / 2
         assert found == pytest.approx(interval, rel=5e-3)
         assert 4 * (clip - drift) < detector.threshold < 5 * (clip - drift)

@@ -70,7 +70,9 @@ def test_data_without_noise_keep_normal_numbers(kind: Any) -> None:
 def test_a_change_while_the_regressor_is_around_zero(noise: float) -> None:
     """200 samples after it, least squares since the change has an rms error of noise / sqrt(200); 1.96 errors hold 95 %."""
     rng = np.random.default_rng(7)
-    off, held, runs = [], [], 120
+    off = []
+    held = []
+    runs = 120
     for _ in range(runs):
         x = rng.standard_normal(600)
         estimator = palpate.HandoverRls()
@@ -111,10 +113,14 @@ def test_a_change_is_found_whatever_the_regressor_does(name: str, noise: float) 
 @pytest.mark.parametrize("correlation", [0.5, 0.8, 0.9])
 def test_correlated_noise_beside_a_regressor_around_zero_is_no_drift(correlation: float) -> None:
     """The error is less than twice that of least squares; no ratio on the way is wrong by 10; 90 % of the intervals hold."""
-    off, least, worst, held = [], [], [], []
+    off = []
+    least = []
+    worst = []
+    held = []
     for seed in range(40):
         random = np.random.default_rng(seed)
-        x, noise = random.standard_normal(500), random.standard_normal(500)
+        x = random.standard_normal(500)
+        noise = random.standard_normal(500)
         for i in range(1, 500):
             noise[i] += correlation * noise[i - 1]
         rows = palpate.HandoverRls().trace(1.3 * x + 0.1 * noise, x)
@@ -144,7 +150,8 @@ def test_clocks_that_stand_jump_or_go_back(scene: Any) -> None:
     """No value is paired with a wrong one; what cannot be aligned is counted."""
     run = scenarios.run("tremor", 3)
     truth = run.true_ratio[np.isfinite(run.true_ratio)][-1]
-    n, half = len(run.hard), len(run.hard) // 2
+    n = len(run.hard)
+    half = len(run.hard) // 2
     later = np.arange(n) > half
     shifts = {
         "jumps on": 100.0 * later,

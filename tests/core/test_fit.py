@@ -41,7 +41,8 @@ def touch_of(
     leaves out offset, drift, lag and curve. A rise has `press` pairs; the ratio changes at a hand-over in the middle. A row
     is output, regressor, number; or change, 0, -1 at the hand-over.
     """
-    random, k = np.random.default_rng(seed), np.arange(count)
+    random = np.random.default_rng(seed)
+    k = np.arange(count)
     waves = [
         np.sin(2 * np.pi * (pace * f * 0.026 * k + random.random())) for f in (0.4, 1.1, 1.7, 4.2)
     ]
@@ -183,6 +184,7 @@ def test_each_limit_is_that_of_the_reference(
         return found(size).lag != 0 if name == "pace" else name in found(size).flags
 
     for size in around(edge(decided, 0.003 if name == "pace" else 0.0, most)):
-        core, right = by_core(*touch(size)), found(size)
+        core = by_core(*touch(size))
+        right = found(size)
         assert core["flags"] == sum(BITS[flag] for flag in right.flags)
         assert (core["lag"] != 0) == (right.lag != 0)

@@ -41,7 +41,8 @@ def test_an_offset_is_told_with_its_size_its_side_and_the_ratio_without_it(offse
 
 
 def test_a_drift_of_a_baseline_is_told_with_the_correction_that_was_made() -> None:
-    run, tracker = scenarios.run("drift-soft", seed=1), palpate.Tracker(seconds=4.5)
+    run = scenarios.run("drift-soft", seed=1)
+    tracker = palpate.Tracker(seconds=4.5)
     columns = run.t_hard_s, run.t_soft_s, run.hard, run.soft
     pressed = run.t_hard_s < 7.5
     tracker.process(*(column[pressed] for column in columns))
@@ -86,11 +87,10 @@ def test_the_cause_and_the_count_are_told(name: str, flag: str, said: str) -> No
 
 
 def test_a_touch_without_samples_is_told_to_press_neither_less_nor_more() -> None:
-    change, noise = (
-        np.repeat([0.0, 0.25, 0.0], 60),
-        40e-6 * np.random.default_rng(1).standard_normal((2, 180)),
-    )
-    t, tracker = np.arange(180) * 0.026, palpate.Tracker("handheld", full_scale=9.5)
+    change = np.repeat([0.0, 0.25, 0.0], 60)
+    noise = 40e-6 * np.random.default_rng(1).standard_normal((2, 180))
+    t = np.arange(180) * 0.026
+    tracker = palpate.Tracker("handheld", full_scale=9.5)
     tracker.process(t, t + 0.013, 9 + 2.5 * change + noise[0], 8 + change + noise[1])
     [touch] = tracker.touches
     assert touch.samples == 0

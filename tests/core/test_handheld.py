@@ -117,8 +117,10 @@ def test_a_slow_disturbance_is_noise_at_1000_pairs_a_second() -> None:
     errors: dict[float, list[float]] = {0.025: [], 0.0: []}
     flags = dict.fromkeys(errors, 0)
     for seed in range(8):
-        run, rng = scenarios.run("fast-converter", seed), np.random.default_rng(seed)
-        hard, soft = run.hard.copy(), run.soft.copy()
+        run = scenarios.run("fast-converter", seed)
+        rng = np.random.default_rng(seed)
+        hard = run.hard.copy()
+        soft = run.soft.copy()
         for channel in (hard, soft):
             state = 0.0
             for i, step in enumerate(rng.normal(size=len(channel))):

@@ -53,7 +53,8 @@ def sessions(draw: st.DrawFn) -> Session:
     if decimals is not None:
         made.print(decimals)
     if draw(st.sampled_from([False, False, True])):
-        made.hard, made.soft = -made.hard, -made.soft
+        made.hard = -made.hard
+        made.soft = -made.soft
     return made
 
 

@@ -101,8 +101,10 @@ def test_a_touch_that_saw_two_objects_says_so(steps: tuple[float, ...]) -> None:
 def test_readings_that_are_swapped_amid_a_touch_change_nothing() -> None:
     run = touch(Way(hold=4.0), 3)
     for pairs in ([120], [120, 150], [120, 121, 122]):
-        hard, soft = run.hard.copy(), run.soft.copy()
-        hard[pairs], soft[pairs] = run.soft[pairs], run.hard[pairs]
+        hard = run.hard.copy()
+        soft = run.soft.copy()
+        hard[pairs] = run.soft[pairs]
+        soft[pairs] = run.hard[pairs]
         [made] = palpate.touches(replace(run, hard=hard, soft=soft))
         assert made.ratio == pytest.approx(2.8, rel=1e-4)
 

@@ -23,7 +23,9 @@ def fnv(*arrays: NDArray[Any]) -> str:
 
 def touch_samples(ratio: int) -> tuple[list[float], list[float]]:
     """Make the samples of tests/cpp/samples.hpp."""
-    output, regressor, state = [], [], 12345
+    output = []
+    regressor = []
+    state = 12345
     for i in range(250):
         state = (state * 1664525 + 1013904223) & 0xFFFFFFFF
         noise = (state >> 20) - 2048

@@ -8,7 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from palpate import number_format
 
-NAN, INF = math.nan, math.inf
+NAN = math.nan
+INF = math.inf
 
 PAIRS = [
     # value, uncertainty, number, plus_minus

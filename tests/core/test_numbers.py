@@ -18,7 +18,8 @@ NONE = ["-", "+", "+.5e1", ".", "-.", "e5", "1e", "1e+", "1.5e-", "1 ", " 1", "1
 
 def drawn(count: int) -> list[str]:
     """Return numbers as probes, tables and nobody writes them."""
-    rng, found = random_of("numbers"), list[str]()
+    rng = random_of("numbers")
+    found = list[str]()
     for _ in range(count):
         digits = f"{rng.randrange(10 ** rng.randint(1, 21))}"
         place = rng.randint(0, len(digits))

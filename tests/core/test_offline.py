@@ -14,7 +14,8 @@ from palpate.simulation.scenarios import SCENARIOS
 from bench.accuracy.must_hold import ONE_MEMORY, TIMES, beside_spline
 from bench.accuracy.presses import held, recordings
 
-PERIOD_S, RATIO = 0.026, 2.8
+PERIOD_S = 0.026
+RATIO = 2.8
 METHOD = "offline: matched pair of 5 + 6 points"
 
 

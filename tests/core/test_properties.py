@@ -25,7 +25,8 @@ def kind_of(name: str, width: int) -> Any:
 def make(data: st.DataObject, width: int) -> tuple[Any, list[float], list[float]]:
     output, regressor = data.draw(numeric.any_samples(width))
     settings = data.draw(numeric.adaptive_settings(width))
-    steady, prior = settings["steady"], ("initial_ratio", "initial_covariance", "max_covariance")
+    steady = settings["steady"]
+    prior = ("initial_ratio", "initial_covariance", "max_covariance")
     chosen = {
         "AdaptiveRls": settings,
         "HandoverRls": {"clip": 2.0, "false_alarm_interval": 100.0},

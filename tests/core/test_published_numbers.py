@@ -103,7 +103,10 @@ def test_run_lengths(
 
 def test_noise_on_both_channels() -> None:
     """HandoverRls has no bias; least squares has the bias by the regressor's noise, which adds to sum x^2 alone."""
-    ratio, noise, size, ends = 3.0, 0.03, 250, []
+    ratio = 3.0
+    noise = 0.03
+    size = 250
+    ends = []
     for seed in range(200):
         random = np.random.default_rng(seed)
         level = 0.25 * (1 + 0.2 * np.sin(2 * np.pi * (np.arange(size) / 200 + random.uniform())))

@@ -93,7 +93,9 @@ def test_level_ratios_scatter_less() -> None:
 
 
 def test_usable_touches() -> None:
-    good, short, bent = touched(4.0), touched(4.1, 0.2, ("short",)), touched(5.0, 0.1, ("curve",))
+    good = touched(4.0)
+    short = touched(4.1, 0.2, ("short",))
+    bent = touched(5.0, 0.1, ("curve",))
     assert usable([good, short, bent]) == [good, short]
     assert usable([bent], ["curve"]) == [bent]
     with pytest.raises(

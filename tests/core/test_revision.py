@@ -22,7 +22,8 @@ slopes = st.sampled_from([0.0, 1.0, -1.0]) | st.floats(-0.2, 0.2)
 @st.composite
 def channels(draw: st.DrawFn) -> tuple[Known, Known]:
     """Draw the baseline of a channel before and after a touch; the change in units of its standard deviation."""
-    noise, level = draw(noises), draw(st.sampled_from([0.62, -0.41, 3.9]))
+    noise = draw(noises)
+    level = draw(st.sampled_from([0.62, -0.41, 3.9]))
     variances = [noise**2 * draw(st.floats(0.01, 0.05)) for _ in range(2)]
     moved = draw(changes) * (variances[0] + variances[1]) ** 0.5
     # far below: measured in contact
@@ -69,11 +70,10 @@ def mean_age(touch: dict[str, float]) -> float:
     """Return the mean age of the samples: weights forgetting^age; those that a hand-over kept have the same weight."""
     weights = np.zeros(0)  # the newest last
     for i in range(int(touch["samples"])):
-        weights = (
-            np.ones(int(touch["kept"]))
-            if i == touch["change"]
-            else np.append(touch["forgetting"] * weights, 1.0)
-        )
+        if i == touch["change"]:
+            weights = np.ones(int(touch["kept"]))
+        else:
+            weights = np.append(touch["forgetting"] * weights, 1.0)
     return float(weights @ np.arange(len(weights))[::-1] / weights.sum())
 
 
@@ -84,18 +84,18 @@ def by_both(
     of_touch: dict[str, float] = UNKNOWN,
 ) -> tuple[Revised, NDArray[np.float64]]:
     """Return what the reference and the core make of a touch."""
-    last, end = (
-        touch["start"] + touch["samples"] - 1,
-        touch["start"] + touch["samples"] + touch["wait"],
-    )
+    last = touch["start"] + touch["samples"] - 1
+    end = touch["start"] + touch["samples"] + touch["wait"]
     share = line_share(last - mean_age(touch), touch["start"], end, (before[0].age, after[0].age))
     changed = touch["change"] >= 0
-    ratio, mean = touch["ratio"], touch["mean"]
+    ratio = touch["ratio"]
+    mean = touch["mean"]
     rise = [later.level - earlier.level for earlier, later in zip(before, after, strict=True)]
     whole = -(rise[0] - ratio * rise[1]) / mean
     span = end - after[0].age - touch["start"] + before[0].age
     expected = -whole / ratio * of_touch["length"]
-    drift, error = of_touch["drift"] * expected, of_touch["error"] * abs(expected)
+    drift = of_touch["drift"] * expected
+    error = of_touch["error"] * abs(expected)
     level = ratio + of_touch["level"] * whole
     errors = level, of_touch["level_error"]
     seen = Seen(drift if error else np.nan, error, of_touch["length"], *errors)

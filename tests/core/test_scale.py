@@ -55,7 +55,8 @@ def test_any_scale_has_the_same_touches(scene: Any, scale: float, tmp_path: Path
 
 
 def test_the_reference_agrees_at_another_scale() -> None:
-    hard, soft = PLAY.hard[:380] * 1e-6, PLAY.soft[:380] * 1e-6
+    hard = PLAY.hard[:380] * 1e-6
+    soft = PLAY.soft[:380] * 1e-6
     t_hard, t_soft = (
         np.rint(t[:380] * 1e9).astype(np.int64) for t in (PLAY.t_hard_s, PLAY.t_soft_s)
     )

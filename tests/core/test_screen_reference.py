@@ -84,7 +84,8 @@ def test_outliers_of_touches_are_those_of_the_reference(readings: tuple[NDArray[
 def test_a_reading_is_judged_two_readings_later() -> None:
     t = np.arange(300) / 38
     rng = np.random.default_rng(1)
-    hard, soft = 9 + rng.normal(0, 4e-5, 300), 8 + rng.normal(0, 4e-5, 300)
+    hard = 9 + rng.normal(0, 4e-5, 300)
+    soft = 8 + rng.normal(0, 4e-5, 300)
     tracker = palpate.Tracker("handheld")
     for i in range(40):
         tracker.feed(t[i], t[i] + 0.013, hard[i], soft[i])
@@ -97,8 +98,10 @@ def test_a_reading_is_judged_two_readings_later() -> None:
 @pytest.mark.parametrize("end", [4.096, -4.096, 8.192, 15.0])
 def test_a_known_end_is_said_once(channel: str, end: float) -> None:
     n = 400
-    t, rng = np.arange(n) / 38, np.random.default_rng(2)
-    free, full = 2 + rng.normal(0, 4e-5, n), np.full(n, end)
+    t = np.arange(n) / 38
+    rng = np.random.default_rng(2)
+    free = 2 + rng.normal(0, 4e-5, n)
+    full = np.full(n, end)
     full[:100] -= np.sign(end) * np.linspace(1, 0.05, 100)
     both = (full, free) if channel == "hard" else (free, full)
     tracker = palpate.Tracker("handheld")

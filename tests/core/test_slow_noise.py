@@ -11,11 +11,10 @@ from numeric import drive
 from palpate.reference.slow_noise import SlowNoise
 
 EPS = np.finfo(float).eps
-ENDS, SUSPECTED, TOUCH = (
-    0,
-    1,
-    2,
-)  # of a value: a block may end; a touch is suspected; a touch begins
+# of a value
+ENDS = 0  # a block may end
+SUSPECTED = 1  # a touch is suspected
+TOUCH = 2  # a touch begins
 
 
 @st.composite
@@ -49,14 +48,16 @@ def test_the_core_is_the_reference(
     rows = np.column_stack([values, what]).ravel()
     [[found]] = drive("slow_noise", np.concatenate([[length, white], rows]), 1)
     # Each mean has some eps of the level, and the variance is a square: both times the longest extrapolation.
-    level, changes = np.abs(values).max(initial=0.0), np.ptp(values) if len(values) else 0.0
+    level = np.abs(values).max(initial=0.0)
+    changes = np.ptp(values) if len(values) else 0.0
     most = max(length / 8, 1.0) * (1e-11 * changes**2 + 20 * EPS * level * changes + EPS * white)
     assert abs(found - right) <= most + (20 * EPS * level) ** 2 * max(length / 8, 1.0)
 
 
 def spread_of(kind: str, length: float, size: int = 20_000) -> float:
     """Return the standard deviation of a mean by slow noise, over that of a value."""
-    random, blocks = np.random.default_rng(7), SlowNoise()
+    random = np.random.default_rng(7)
+    blocks = SlowNoise()
     noise = random.standard_normal(size)
     if kind == "autoregression":
         for k in range(1, size):

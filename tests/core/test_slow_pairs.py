@@ -102,7 +102,8 @@ def test_few_samples_of_an_alias_have_no_standard_error() -> None:
 
 def idle(period_s: float, seconds: float, drift_pF_per_s: float, seed: int) -> palpate.Tracker:
     """Return a tracker after a rest with little noise, of which a drift is many in a pair."""
-    random, count = np.random.default_rng(seed), int(seconds / period_s)
+    random = np.random.default_rng(seed)
+    count = int(seconds / period_s)
     t = period_s * np.arange(count)
     t_ns = np.rint(1e9 * t).astype(np.int64)
     noise = 4e-6 * random.standard_normal((2, count))
@@ -129,7 +130,8 @@ def test_a_slow_rest_is_no_touch(period_s: float, drift_pF_per_s: float) -> None
 def test_a_first_baseline_takes_a_second_and_five_pairs_at_least(
     period_s: float, values: int
 ) -> None:
-    random, count = np.random.default_rng(3), 40
+    random = np.random.default_rng(3)
+    count = 40
     t_ns = np.rint(1e9 * period_s * np.arange(count)).astype(np.int64)
     tracker = palpate.Tracker("handheld")
     noise = 1e-5 * random.standard_normal((2, count))

@@ -125,7 +125,8 @@ def test_a_fed_reading_returns_the_touch_that_it_ends() -> None:
 def test_the_binding_gives_each_value_to_its_field() -> None:
     """The numbers of the estimates are compared with the reference in test_tracker_reference."""
     run = scenarios.run("step-up", seed=1)
-    hard, soft = run.hard.copy(), run.soft.copy()
+    hard = run.hard.copy()
+    soft = run.soft.copy()
     length_s = {"samples": None, "seconds": None, "age": 4.0}
     settings: dict[str, Any] = {"full_scale": 30.0, "contact_exponent": 1.5} | length_s
     whole = palpate.Tracker(**settings)

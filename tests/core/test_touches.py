@@ -59,7 +59,8 @@ def run(
 
 
 def test_a_touch_that_runs_at_a_gap_ends_there_with_the_flag() -> None:
-    tracker, columns = Tracker(), press(400)
+    tracker = Tracker()
+    columns = press(400)
     run(tracker, columns, 0, 200)
     tracker.gap()
     [touch] = tracker.touches
@@ -72,7 +73,9 @@ def test_a_touch_that_runs_at_a_gap_ends_there_with_the_flag() -> None:
 
 def test_a_baseline_of_a_contact_is_flagged_until_the_release_shows_it() -> None:
     """Held at the gap, then pressed deeper: the touch is flagged; lifted: the baseline had been measured in contact."""
-    tracker, hold, deeper = Tracker(seconds=2.0), press(600, 0.2), press(605, 0.1, begin=250)
+    tracker = Tracker(seconds=2.0)
+    hold = press(600, 0.2)
+    deeper = press(605, 0.1, begin=250)
     columns = *hold[:2], hold[2] + deeper[2] - 9, hold[3] + deeper[3] - 8
     run(tracker, columns, 0, 200)
     tracker.gap()
@@ -87,7 +90,9 @@ def test_a_baseline_of_a_contact_is_flagged_until_the_release_shows_it() -> None
 
 @pytest.mark.parametrize("scene", ["handheld", "paper"])
 def test_a_release_confirms_the_baseline_and_a_tare_does(scene: Any) -> None:
-    columns, tracker, tared = press(300), Tracker(scene), Tracker(scene)
+    columns = press(300)
+    tracker = Tracker(scene)
+    tared = Tracker(scene)
     for each in (tracker, tared):
         each.gap()
     tared.tare()
@@ -242,7 +247,8 @@ def test_a_touch_of_one_sample_has_a_begin() -> None:
 
 def test_host_stamps_are_smoothed_where_the_recording_says_so() -> None:
     """+-3 ms at 8 % tremor: the smoothed times cost a part of the error of the times as they came."""
-    truth, errors = scenarios.SCENARIOS["host-stamps"].presses[0].ratios[0][1], []
+    truth = scenarios.SCENARIOS["host-stamps"].presses[0].ratios[0][1]
+    errors = []
     for seed in range(12):
         run = scenarios.run("host-stamps", seed)
         found = palpate.touches(run), palpate.touches(run, host_stamps=False)

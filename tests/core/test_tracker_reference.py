@@ -70,17 +70,16 @@ def readings_of(
         scale * np.where(np.abs(values) < run.full_scale_pF, values, np.inf)
         for values in (run.hard, run.soft)
     )
-    return (
-        (t_hard[1:], t_soft[:-1], hard[1:], soft[:-1])
-        if soft_first
-        else (t_hard, t_soft, hard, soft)
-    )
+    if soft_first:
+        return (t_hard[1:], t_soft[:-1], hard[1:], soft[:-1])
+    return (t_hard, t_soft, hard, soft)
 
 
 @st.composite
 def presses(draw: st.DrawFn) -> list[Press]:
     """Draw up to three presses: short and long ones, near each other, with steps of the ratio, deep and light."""
-    made, start = [], draw(st.floats(1.0, 2.0))
+    made = []
+    start = draw(st.floats(1.0, 2.0))
     for _ in range(draw(st.sampled_from([1, 2, 3, 0]))):
         ratios = [(0.0, draw(st.sampled_from([1.1, 2.8, 8.0])))]
         if draw(st.booleans()):
@@ -225,7 +224,8 @@ def test_the_named_scenarios_are_as_by_the_reference(name: str) -> None:
 @pytest.mark.parametrize("steps_ms", [[4.6, 5.5, 4.8], [0.5] * 9 + [40.0], [1.0] * 30 + [300.0]])
 def test_the_means_of_a_fast_converter_lose_no_reading(steps_ms: list[float]) -> None:
     """At the limit of what is fast, and in packets."""
-    n, rng = 3000, np.random.default_rng(1)
+    n = 3000
+    rng = np.random.default_rng(1)
     t = np.cumsum(1e6 * np.resize(steps_ms, n)).astype(np.int64)
     soft = 0.25 * ((t > 0.4 * t[-1]) & (t < 0.8 * t[-1])) + rng.normal(0, 4e-5, n)
     readings = t, t, 0.6 + 2.8 * soft + rng.normal(0, 4e-5, n), soft
@@ -292,12 +292,14 @@ def check(
         inside = rows["touch"] == number
         allowed = rounding(readings[3][inside], rows[inside], largest)
         for name, more in (("ratio", 1), ("standard_error", 100), ("statistic", 100)):
-            found, wanted = rows[name][inside], getattr(right, name)[inside]
+            found = rows[name][inside]
+            wanted = getattr(right, name)[inside]
             size = np.nanmax(np.abs(wanted), initial=1.0) if name != "standard_error" else 0.0
             assert np.allclose(
                 found, wanted, rtol=more * allowed, atol=more * allowed * size, equal_nan=True
             ), name
-        found_numbers, wanted_numbers = numbers_of(touch), numbers_by_reference(expected)
+        found_numbers = numbers_of(touch)
+        wanted_numbers = numbers_by_reference(expected)
         assert found_numbers == pytest.approx(
             wanted_numbers, rel=1e3 * allowed, abs=1e3 * allowed, nan_ok=True
         )

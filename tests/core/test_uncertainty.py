@@ -90,7 +90,8 @@ def coverage(seeds: int) -> dict[str, float]:
     The calibration is of the session before: its hand scatters as much, in other touches.
     """
     true = {name: Elasticity().ratio(E) for name, E in SORBOTHANE_MPA.items()}
-    linear, held = linearity_pF(SATURATED_PF), dict[str, list[bool]]()
+    linear = linearity_pF(SATURATED_PF)
+    held = dict[str, list[bool]]()
     before = list(kept(seeds))
     for seed in range(seeds):
         errors = [touch.standard_error for _, touch in before]

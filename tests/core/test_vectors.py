@@ -78,7 +78,8 @@ def against_the_reference(
     exact = vector_rls(output, regressors, threshold=estimator.threshold, **others)
     assert trace["alarm"].tolist() == exact.alarm.tolist()
     for name in ("coefficients", "innovation", "statistic"):
-        found, right = trace[name], getattr(exact, name)
+        found = trace[name]
+        right = getattr(exact, name)
         # A regressor of 0.01 is the smallest of a direction; a statistic is a sum of up to 90 quotients.
         assert np.abs(found - right).max() <= 2000 * EPS * np.abs(right).max(), name
     known = exact.degrees_of_freedom > 0
@@ -101,7 +102,8 @@ def test_the_error_grows_with_the_condition_and_not_with_its_square(
     size: int, condition: float, steady: float
 ) -> None:
     """16 eps (k + k^2 residual / output), k the condition of the weighted regressors: the least-squares bound."""
-    random, n = np.random.default_rng(int(condition)), 60
+    random = np.random.default_rng(int(condition))
+    n = 60
     base = np.linalg.qr(random.standard_normal((n, size)))[0] * condition ** (
         -np.arange(size) / (size - 1)
     )
@@ -110,7 +112,9 @@ def test_the_error_grows_with_the_condition_and_not_with_its_square(
     found = palpate.VectorRls(size, steady=steady, clip=100.0).process(output, regressors)[-1]
     weights = steady ** np.arange(n)[::-1]
     with localcontext(prec=80):
-        x, y, w = decimals(regressors), decimals(output), decimals(weights)
+        x = decimals(regressors)
+        y = decimals(output)
+        w = decimals(weights)
         exact = solved(x.T @ (w[:, None] * x), x.T @ (w * y))
         residual = float(sum(w * (y - x @ exact) ** 2)) ** 0.5
     k = np.linalg.cond(np.sqrt(weights)[:, None] * regressors)
@@ -138,10 +142,8 @@ def test_of_size_1_with_alarmed_it_is_adaptive_rls() -> None:
         initial_ratio=0.0, initial_covariance=1e280, max_covariance=1e280, threshold=np.inf
     )
     vector = palpate.VectorRls(1, alarmed=0.9, false_alarm_interval=np.inf)
-    ratios, coefficients = (
-        paper.process(output, regressor),
-        vector.process(output, regressor[:, None])[:, 0],
-    )
+    ratios = paper.process(output, regressor)
+    coefficients = vector.process(output, regressor[:, None])[:, 0]
     assert np.abs(coefficients / ratios - 1).max() <= 32 * EPS
 
 
@@ -158,7 +160,8 @@ def test_a_change_is_found_and_noise_is_not() -> None:
     _, error, delay = covered("white", 2, False, after=12, runs=200)
     assert error <= 0.02
     assert delay <= 8
-    random, n = np.random.default_rng(0), 100_000
+    random = np.random.default_rng(0)
+    n = 100_000
     for kind, size in (("white", 2), ("coloured", 3), ("near one", 1)):
         regressors = regressors_of(kind, random, n, size)
         output = regressors.sum(1) + NOISE * random.standard_normal(n)
@@ -181,7 +184,9 @@ def test_a_spike_changes_nothing_and_a_larger_noise_is_learnt() -> None:
 @pytest.mark.parametrize(("intercept", "rho"), [(False, 0.95), (True, 0.0)])
 def test_correlated_noise_is_no_change_and_widens_what_is_slow(intercept: bool, rho: float) -> None:
     """At most 12 % of 100 runs have an alarm, 6 % are expected; 80 % of the intervals hold, of white noise 40 %."""
-    alarms, held, widths = 0, [], []
+    alarms = 0
+    held = []
+    widths = []
     for seed in range(100):
         signals = several_slow_noise(seed, intercept, rho)
         estimator = palpate.VectorRls(2, intercept=intercept)
@@ -242,7 +247,8 @@ def test_a_direction_without_excitation_stays_and_does_not_wind_up() -> None:
         assert np.linalg.eigvalsh(bounded.covariance).max() <= most * (1 + 1e-12)
         assert np.ptp(trace["coefficients"][5010:, 2]) < 1e-3
         # What was measured stays as good as it was; what the bound holds is not known.
-        last, before = trace["standard_errors"][-1, 2], trace["standard_errors"][4999, 2]
+        last = trace["standard_errors"][-1, 2]
+        before = trace["standard_errors"][4999, 2]
         assert np.isnan(last) if most < 1e280 else np.isclose(last, before, rtol=0.2)
     # The same regressor twice: the sum is known, the difference is not.
     twins = palpate.VectorRls(2)
@@ -258,7 +264,8 @@ def test_every_call_gives_the_same_bits(size: int) -> None:
     output, regressors = data(size, 200, size)
     output[17] = np.nan
     one, block, traced = (palpate.VectorRls(size) for _ in range(3))
-    innovations, rows = [], []
+    innovations = []
+    rows = []
     for y, x in zip(output, regressors, strict=True):
         innovations.append(one.update(y, tuple(x.tolist())))
         rows.append(one.coefficients)
@@ -286,7 +293,8 @@ def test_every_call_gives_the_same_bits(size: int) -> None:
 
 def test_an_intercept_is_a_last_regressor_of_1() -> None:
     output, regressors, _truth = made("white", 1, 150, 2, 150, intercept=True)
-    line, ones = palpate.VectorRls(2, intercept=True), palpate.VectorRls(3)
+    line = palpate.VectorRls(2, intercept=True)
+    ones = palpate.VectorRls(3)
     block = line.process(output, regressors)
     assert block.shape == (150, 3)
     assert (
@@ -302,8 +310,10 @@ def test_an_intercept_is_a_last_regressor_of_1() -> None:
 
 def test_a_bank_has_the_bits_of_single_ones() -> None:
     pieces = [data(seed, 120, 2) for seed in range(5)]
-    output, regressors = np.stack([y for y, _ in pieces], 1), np.stack([x for _, x in pieces], 1)
-    bank, singles = palpate.Bank(palpate.VectorRls(2), 5), [palpate.VectorRls(2) for _ in range(5)]
+    output = np.stack([y for y, _ in pieces], 1)
+    regressors = np.stack([x for _, x in pieces], 1)
+    bank = palpate.Bank(palpate.VectorRls(2), 5)
+    singles = [palpate.VectorRls(2) for _ in range(5)]
     found = bank.process(output, regressors)
     right = np.stack(
         [single.process(y, x) for single, (y, x) in zip(singles, pieces, strict=True)], 1
@@ -396,10 +406,8 @@ def test_what_cannot_be_used_is_counted_and_leaves_the_state(bad: float) -> None
 @pytest.mark.parametrize("scale", [1e-60, 1e-12, 1e12, 1e60])
 def test_the_unit_of_the_signals_does_not_matter(scale: float) -> None:
     output, regressors = data(5, 300, 2)
-    plain, scaled = (
-        palpate.VectorRls(2).trace(output, regressors),
-        palpate.VectorRls(2).trace(output * scale, regressors),
-    )
+    plain = palpate.VectorRls(2).trace(output, regressors)
+    scaled = palpate.VectorRls(2).trace(output * scale, regressors)
     assert (plain["alarm"] == scaled["alarm"]).all()
     assert np.allclose(scaled["coefficients"], plain["coefficients"] * scale, rtol=1e-9, atol=0)
     shrunk = palpate.VectorRls(2).process(output, regressors * scale)

@@ -18,8 +18,14 @@ HALF_MODULUS_MPA = 2.0  # the modulus at which the ratio is half-way between 1 a
 PRESS_PF = 0.25  # change of the soft channel
 TREMOR = ((4.1, 0.006), (6.7, 0.008), (8.9, 0.012), (10.6, 0.006))  # Hz, share of the press
 BASELINE_PF = {"hard": 0.62, "soft": -0.41}
-SKEW_S, CONVERSION_S, NOISE_PF = 0.013, 0.011, 40e-6
-FIRST_S, RISE_S, HOLD_S, FALL_S, CYCLE_S = 1.5, 0.35, 6.7, 0.25, 8.8
+SKEW_S = 0.013
+CONVERSION_S = 0.011
+NOISE_PF = 40e-6
+FIRST_S = 1.5
+RISE_S = 0.35
+HOLD_S = 6.7
+FALL_S = 0.25
+CYCLE_S = 8.8
 
 
 def ratio(modulus: float) -> float:
@@ -59,10 +65,8 @@ def lines() -> list[str]:
         t_hard = 2 * SKEW_S * seq
         t_soft = t_hard + SKEW_S
         # A conversion is dated at its middle.
-        hard, soft = (
-            code("hard", t_hard + CONVERSION_S / 2, noise),
-            code("soft", t_soft + CONVERSION_S / 2, noise),
-        )
+        hard = code("hard", t_hard + CONVERSION_S / 2, noise)
+        soft = code("soft", t_soft + CONVERSION_S / 2, noise)
         values = ",".join(f"{(raw - 0x800000) * 8.192 / 2**24:.7f}" for raw in (hard, soft))
         result.append(f"{seq},{t_hard:.3f},{t_soft:.3f},{hard},{soft},{values},0")
     return result

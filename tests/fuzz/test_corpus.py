@@ -21,7 +21,8 @@ def changed(data: bytes, rng: random.Random) -> bytes:
     """Return bytes with some left out, doubled, swapped or replaced."""
     out = bytearray(data)
     for _ in range(rng.randint(1, 4)):
-        at, size = rng.randint(0, len(out)), rng.randint(0, 8)
+        at = rng.randint(0, len(out))
+        size = rng.randint(0, 8)
         piece = bytes(out[at : at + size])
         out[at : at + size] = rng.choice(
             [b"", piece * 2, piece[::-1], rng.randbytes(size), b"9" * size, b"-1e999"]

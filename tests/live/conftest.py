@@ -27,10 +27,10 @@ def shown(page: Browser) -> Iterator[Callable[..., Canned]]:
     """Return a function that shows a canned state in the page, at a size."""
     with ExitStack() as running:
 
-        def show(name: str, size: str = "desk", theme: str = "light") -> Canned:
+        def show(name: str, size: str = "desk", theme: str = "light", depth: str = "lab") -> Canned:
             server = running.enter_context(Canned(state(name)))
             page.size(size)
-            opened(page, server, name, theme)
+            opened(page, server, name, theme, depth)
             return server
 
         yield show

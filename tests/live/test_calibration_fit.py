@@ -1,6 +1,7 @@
 """Guided calibration: what it says after each touch, and the file at the end."""
 
 import re
+from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
 from threading import Lock
@@ -15,9 +16,14 @@ from palpate.calibration.provenance import Provenance
 from palpate.calibration.specimen_fit import SpecimenTouches, fit_specimens
 from palpate.elasticity import SORBOTHANE_MPA
 from palpate.live.calibration_fit import GuidedCalibration
-from palpate.live.feed import RefusedCommand
 from palpate.live.files import RunFiles
-from palpate.live.plan import KnownSpecimen
+from palpate.live.plan import KnownSpecimen, TouchKept
+from palpate.live.protocol import (
+    CalibrationMessage,
+    CalibrationPoint,
+    RefusedCommand,
+    RigidRatio,
+)
 from palpate.simulation.hand import session
 from palpate.simulation.scenarios import PROBE
 from recording_bench import soon
@@ -42,11 +48,14 @@ class Bench:
         self.used: list[Calibration] = []
         self.files = RunFiles(folder=folder)
         self.progress = SimpleNamespace(next="40 OO", calibration=None)
-        self.document = {"title": "bench 2", "operator": "A. Bee"}
-        self.newest_recorder, self.how, self.commands = None, dict[str, Any](), Lock()
+        self.document = SimpleNamespace(title="bench 2", operator="A. Bee")
+        self.newest_recorder = None
+        self.settings = dict[str, Any]()
+        self.commands = Lock()
+        self.on_changed: list[Callable[[], None]] = []
         self.operator = "A. Bee"
         self.said: list[str] = []
-        self.say = self.said.append
+        self.notify = self.said.append
         watch: Any = SimpleNamespace(chips={"66 cc 5c 90"}, simulated=True, begun_at=BEGUN_AT)
         own: Any = self
         self.part = GuidedCalibration(own, own, watch)
@@ -55,17 +64,28 @@ class Bench:
     def note(self, text: str) -> None:
         """Take a note in the recording."""
 
-    def use(self, how: dict[str, Any], note: str) -> None:
+    def use_calibration(self, found: Calibration) -> None:
+        """Use a calibration for all touches."""
+        self.progress.calibration = found
+        self.changed()
+
+    def changed(self) -> None:
+        """Let the parts know that the plan has changed."""
+        for notify in self.on_changed:
+            notify()
+
+    def use(self, settings: dict[str, Any], note: str) -> None:
         """Go on with the calibration of the plan."""
         self.used.append(self.progress.calibration)
 
     @property
-    def rows(self) -> list[dict[str, Any]]:
+    def rows(self) -> list[TouchKept]:
         """What is known of each touch."""
-        return [
-            {"why": "it slipped" if number in self.left_out else ""}
-            for number, _ in enumerate(self.order[: self.done], 1)
-        ]
+        rows = []
+        for number in range(1, self.done + 1):
+            why = "it slipped" if number in self.left_out else ""
+            rows.append(TouchKept("", not why, why))
+        return rows
 
     def known(self) -> list[KnownSpecimen]:
         numbered = [
@@ -82,51 +102,60 @@ class Bench:
             for name, modulus in MODULI.items()
         ]
 
-    def touch(self, count: int = 1) -> dict[str, Any]:
+    def touch(self, count: int = 1) -> CalibrationMessage:
         """Return the message when it holds these touches, too."""
         self.done += count
-        self.part.document()
         return self.settled()
 
-    def settled(self) -> dict[str, Any]:
-        soon(
-            lambda: (
-                self.part.document().get("touches") == self.done - len(self.left_out)
-                and not self.part._running
-            )
-        )
-        return self.part.document()
+    def settled(self) -> CalibrationMessage:
+        """Return the message after a change."""
+        self.changed()
+        self.part._worker.submit(lambda: None).result()
+        found = self.part.document()
+        assert found.touches == self.done - len(self.left_out)
+        return found
+
+
+def points(message: CalibrationMessage) -> list[CalibrationPoint]:
+    assert isinstance(message.points, list)
+    return message.points
+
+
+def numbers(message: CalibrationMessage) -> list[int]:
+    return [point.touch for point in points(message)]
 
 
 def test_a_guided_calibration(tmp_path: Path, touches: dict[str, list[Touch]]) -> None:
     bench = Bench(tmp_path, touches)
-    assert bench.part.document() == {"on": False}
+    assert bench.part.document() == CalibrationMessage(on=False)
     assert (
         bench.part.calibrating(on=True)
         == f"Calibrating with {len(MODULI)} specimens of known modulus."
     )
     first = bench.touch()
-    assert (first["verdict"], first["next"]) == ("3 specimens at least; 2 to go.", "Next: 40 OO.")
-    assert (first["curve"], len(first["points"])) == (None, 1)
+    assert (first.verdict, first.next) == ("3 specimens at least; 2 to go.", "Next: 40 OO.")
+    assert first.curve is None
+    assert numbers(first) == [1]
     grown = [bench.touch() for _ in bench.order[1:]]
     last = grown[-1]
-    assert (last["next"], last["touches"], bench.used) == ("Next: 40 OO.", len(bench.order), [])
+    assert (last.next, last.touches, bench.used) == ("Next: 40 OO.", len(bench.order), [])
     expected = fit_specimens(
         [SpecimenTouches(name, MODULI[name], touches[name]) for name in MODULI],
         about=About(scene="handheld"),
     )
-    assert last["verdict"] == expected.verdict
-    assert last["rigid"]["value"] == expected.probe.rigid_ratio
+    assert last.verdict == expected.verdict
+    assert isinstance(last.rigid, RigidRatio)
+    assert last.rigid.value == expected.probe.rigid_ratio
     for name, (low, high) in expected.parameter_intervals().items():
         if high > low:
             assert low < getattr(PROBE, name) < high
-    assert {point["fitted"] for point in last["points"]} == {
+    assert {point.fitted for point in points(last)} == {
         expected.probe.ratio(E) for E in MODULI.values()
     }
 
     bench.progress.next = None  # nothing is lacking: it is saved without an order, once
-    soon(lambda: bench.part.document()["saved"] and not bench.part._running)
-    assert bench.part.document()["next"] == ""
+    saved = bench.settled()
+    assert (saved.saved, saved.next) == ("probe.toml", "")
     [used] = bench.used
     assert bench.files.calibration == tmp_path / "probe.toml"
     assert used.as_dict() == Calibration.load(tmp_path / "probe.toml").as_dict()
@@ -136,9 +165,9 @@ def test_a_guided_calibration(tmp_path: Path, touches: dict[str, list[Touch]]) -
         made.date, BEGUN_AT, operator="A. Bee", chips=("66 cc 5c 90",), simulated=True
     )
     assert made == stated
-    assert [file["name"] for file in bench.files.named] == ["probe.toml", "probe-calibration.html"]
+    assert [file.name for file in bench.files.named] == ["probe.toml", "probe-calibration.html"]
     assert expected.verdict in (tmp_path / "probe-calibration.html").read_text()
-    assert bench.part.document()["saved"] == "probe.toml"
+    assert bench.part.document().saved == "probe.toml"
     assert bench.part.calibrating(on=False).startswith("Calibrating has ended")
 
 
@@ -186,8 +215,9 @@ def test_a_report_that_fails_does_not_say_that_nothing_is_saved(
     bench.touch(len(bench.order))
     bench.progress.next = None
     said = "Saved as probe.toml, but without a report: report: cannot be written: No space left on device."
-    soon(lambda: bench.part.document()["verdict"] == said)
-    assert bench.part.document()["saved"] == "probe.toml"
+    bench.changed()
+    soon(lambda: bench.part.document().verdict == said)
+    assert bench.part.document().saved == "probe.toml"
     assert bench.said == ["run.csv: no checksum: No such file or directory"]
 
 
@@ -199,8 +229,8 @@ def test_a_touch_that_is_left_out_is_shown_and_not_used(
     whole = bench.touch(len(bench.order))
     bench.left_out = {3}
     less = bench.settled()
-    assert [point["touch"] for point in less["points"] if not point["kept"]] == [3]
-    assert less["rigid"] != whole["rigid"]
+    assert [point.touch for point in points(less) if not point.kept] == [3]
+    assert less.rigid != whole.rigid
     bench.left_out = set()
     assert bench.settled() == whole
 
@@ -222,8 +252,8 @@ def test_what_is_not_possible_is_said(
     reverse.part.calibrating(on=True)
     # ratios that do not rise are an objection, not a failure
     found = reverse.touch(len(reverse.order))
-    assert found["verdict"]
-    assert not found["sound"]
+    assert found.verdict
+    assert not found.sound
     (tmp_path / "probe.toml").write_text("precious")
-    assert bench.part.save_calibration()["file"] == "probe-2.toml"
+    assert bench.part.save_calibration().file == "probe-2.toml"
     assert (tmp_path / "probe.toml").read_text() == "precious"

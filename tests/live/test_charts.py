@@ -10,7 +10,7 @@ from live_browser import Browser
 from page_charts import drag, drawn, fire, look, settled, share_of, window
 from page_data import GAP, ORIGIN_S, RATE, State, state
 from page_states import Canned, opened
-from palpate.live.feed import ROW, Flag, Rows
+from palpate.live.feed import ROW, RowFlag, Rows
 from selenium.webdriver.common.keys import Keys
 
 HOURS = 10.0
@@ -247,6 +247,6 @@ def test_a_gap_is_not_joined_and_a_touch_that_ends_is_not_lost(page: Browser, li
     held = rows[(rows["t_s"] > GAP[0] + 3) & (rows["t_s"] < GAP[1] + 7)]
     assert drawn(page)["detail"]["points"] == pytest.approx(2 * len(held), abs=4)
     page.press("l")
-    assert rows["flags"][-5] & Flag.MEASURED
+    assert rows["flags"][-5] & RowFlag.MEASURED
     sent(page, live, 8)
     assert drawn(page)["touch"]["number"] == 20

@@ -11,7 +11,7 @@ from live_bench import OWN_FILE
 from live_browser import Browser
 from live_server import Live
 from palpate.live.compare import compared
-from palpate.live.feed import RefusedCommand
+from palpate.live.protocol import RefusedCommand
 from palpate.recording import sidecar
 from palpate.recording.session import Entry, Plan
 from selenium.webdriver.common.keys import Keys
@@ -43,24 +43,26 @@ def three(tmp_path: Path) -> list[Path]:
 
 def test_touches_by_specimen_with_what_agreement_says(three: list[Path]) -> None:
     found = compared(three, None)
-    assert (found["agree"], found["of"]) == (1, 3)
+    assert (found.agree, found.of) == (1, 3)
     ratios = [one.ratio for one in TOUCHES]
     for name, touches in (("a", [0, 0, 1]), ("b", [1, 1, 0]), ("c", [2, 2, 2]), ("d", [3])):
-        [one] = [each for each in found["specimens"] if each["name"] == name]
+        [one] = [each for each in found.specimens if each.name == name]
         wanted = palpate.agreement([TOUCHES[at] for at in touches])
-        shown = one["agreement"]
-        assert (shown["agree"], shown["probability"], shown["ratio"]) == (
+        shown = one.agreement
+        assert shown
+        assert (shown.agree, shown.probability, shown.ratio) == (
             wanted.agree,
             wanted.probability,
             wanted.ratio,
         )
-        assert [(each["file"], each["number"], each["ratio"]) for each in one["touches"]] == [
+        assert [(each.file, each.number, each.ratio) for each in one.touches] == [
             (file, at + 1, ratios[at]) for file, at in enumerate(touches)
         ]
         if name in "ab":
             away = ratios[touches[2]] / ratios[touches[0]] - 1
-            assert (one["farthest"], one["apart"]) == (2, pytest.approx(away))
-    assert [(file["kept"], file["touches"]) for file in found["files"]] == [(4, 4), (3, 4), (3, 4)]
+            assert one.farthest == 2
+            assert one.apart == pytest.approx(away)
+    assert [(file.kept, file.touches) for file in found.files] == [(4, 4), (3, 4), (3, 4)]
 
 
 def test_what_cannot_be_compared_says_why(three: list[Path], tmp_path: Path) -> None:
@@ -68,7 +70,7 @@ def test_what_cannot_be_compared_says_why(three: list[Path], tmp_path: Path) -> 
         compared(three[:1], None)
     unnamed = compared([named(tmp_path / name, *[None] * 4) for name in ("x.csv", "y.csv")], None)
     # by the names of the files
-    assert (unnamed["of"], [one["name"] for one in unnamed["specimens"]]) == (0, ["x", "y"])
+    assert (unnamed.of, [one.name for one in unnamed.specimens]) == (0, ["x", "y"])
     for files in (three * 2, three[:1] * 2, [three[0], "sim:tremor"]):
         assert "allowed: 4 recordings at most, each once" in run("live", *files).stderr
 

@@ -38,8 +38,8 @@ def test_rounds_of_a_slow_computer_are_those_of_a_fast_one(
     said = set[tuple[str, str]]()
     measurement.start()
     while measurement.number < 3:
-        state = bench.state()
-        said.add((state["now"]["word"], state["line"]["level"]))
+        state = bench.shown()
+        said.add((state.now.word, state.line.level))
         time.sleep(0.05)  # half of what the slow computer stands still: no word is missed
     measurement.close()
     assert said == {(word, "note") for word in ("Waiting", "Holding", "Lifting", "Lifted")}

@@ -2,25 +2,26 @@
 
 import re
 from pathlib import Path
-from typing import Any
 
 import palpate
 import pytest
 from live_bench import SOURCE, Bench, Fed, Played, begun, noisy
 from palpate.live.device import Device
-from palpate.live.feed import RefusedCommand
+from palpate.live.page_commands import DeviceCommand
+from palpate.live.protocol import DeviceMessage, RefusedCommand
 from palpate.recording.sidecar import load
 from recording_bench import soon
 
 IDLE = f"{SOURCE}&idle=60"
 
 
-def device(bench: Bench) -> dict[str, Any]:
-    return bench.documents["device"]()
+def device(bench: Bench) -> DeviceMessage:
+    bench.look()
+    return bench.device.document()
 
 
-def values(document: dict[str, Any]) -> dict[str, str]:
-    return {fact["name"]: fact["value"] for fact in document["facts"]}
+def values(document: DeviceMessage) -> dict[str, str]:
+    return {fact.name: fact.value for fact in document.facts}
 
 
 def test_what_a_board_is_and_other_settings_begin_a_new_measurement(tmp_path: Path) -> None:
@@ -38,8 +39,8 @@ def test_what_a_board_is_and_other_settings_begin_a_new_measurement(tmp_path: Pa
     assert found["Temperature"].startswith("25.0 °C")
     assert found["Hard, CIN1"].endswith("% of range")
     assert re.fullmatch(r"(-|\d+\.\d) of \d+\.\d", found["Pairs a second"])
-    capf = document["options"]["capf"]
-    assert (capf["value"], capf["allowed"], document["can_centre"]) == (1, list(range(8)), True)
+    option = document.options["capf"]
+    assert (option.value, option.allowed, document.can_centre) == (1, list(range(8)), True)
     with pytest.raises(ValueError, match="excitation: got 'C', allowed: A, B, AB"):
         bench.obey("device", excitation="C")
     message = bench.obey("device", capf=2)
@@ -47,7 +48,7 @@ def test_what_a_board_is_and_other_settings_begin_a_new_measurement(tmp_path: Pa
     assert bench.measurement.number == 2
     bench.waited("Touch")
     assert values(device(bench))["Conversion"] == "20.0 ms (CAPF 2)"
-    assert device(bench)["options"]["capf"]["value"] == 2
+    assert device(bench).options["capf"].value == 2
     bench.measurement.close()
     for name, capf in (("run.csv", 1), ("run-2.csv", 2)):
         assert palpate.check(tmp_path / name).clean
@@ -62,7 +63,7 @@ def test_a_source_without_settings(tmp_path: Path) -> None:
     bench = begun(lambda: Fed(noisy), tmp_path)
     soon(lambda: values(device(bench))["Soft"].endswith(" pF"))
     document = device(bench)
-    assert (document["options"], document["can_centre"]) == ({}, False)
+    assert (document.options, document.can_centre) == ({}, False)
     with pytest.raises(RuntimeError, match="centre: got a source that cannot set its range"):
         bench.obey("centre")
     with pytest.raises(RefusedCommand, match="device: this source has no settings"):
@@ -77,9 +78,11 @@ def test_nothing_is_set_in_contact_and_temperature_since_the_baseline() -> None:
     played = Played(SOURCE).play(until_s=4)
     device = Device(played, played.page_state, "sim:")
     assert played.state in ("contact", "done")
-    for order, options in ((device.device, {"capf": 1}), (device.centre, {})):
-        with pytest.raises(RefusedCommand, match="the probe is in contact; lift it first"):
-            order(**options)
+    refused = pytest.raises(RefusedCommand, match="the probe is in contact; lift it first")
+    with refused:
+        device.set(DeviceCommand(capf=1))
+    with refused:
+        device.centre()
 
 
 def test_settings_with_which_the_board_does_not_begin(tmp_path: Path) -> None:
@@ -88,7 +91,7 @@ def test_settings_with_which_the_board_does_not_begin(tmp_path: Path) -> None:
     soon(lambda: bench.measurement.last)
     with pytest.raises(palpate.errors.SourceError):
         bench.obey("device", excitation="A")
-    assert bench.waited("ended")["now"]["word"] == "Stop"
+    assert bench.waited("ended").now.word == "Stop"
     bench.obey("again")
-    assert device(bench)["options"]["excitation"]["value"] == "B"
+    assert device(bench).options["excitation"].value == "B"
     bench.measurement.close()

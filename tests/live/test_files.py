@@ -4,11 +4,12 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import pytest
-from live_bench import OWN_FILE, begun, client
+from live_bench import OWN_FILE, begun, client, done
 from palpate.live import files as module
 from palpate.live.app import READ_ONLY
-from palpate.live.feed import RefusedCommand
 from palpate.live.files import RunFiles
+from palpate.live.page_commands import SettingsCommand
+from palpate.live.protocol import RefusedCommand
 from palpate.report import ReportOptions
 
 
@@ -34,7 +35,7 @@ def test_names_are_proposed_by_date(named: RunFiles, tmp_path: Path) -> None:
         "run.csv",
         "run-2.csv",
     ]
-    assert [file["name"] for file in files.named] == [
+    assert [file.name for file in files.named] == [
         "run.csv",
         "run.json",
         "run-2.csv",
@@ -87,7 +88,7 @@ def test_a_report_of_the_newest_recording(tmp_path: Path, monkeypatch: pytest.Mo
         with pytest.raises(RefusedCommand, match="one is being written"):
             files.report()
         progress("touch 1 of 4")
-        assert files.as_dict()["progress"] == "Report: touch 1 of 4"
+        assert files.progress == "Report: touch 1 of 4"
 
     def full(*_: object, **__: object) -> None:
         raise OSError(28, "No space left on device")
@@ -102,9 +103,9 @@ def test_a_report_of_the_newest_recording(tmp_path: Path, monkeypatch: pytest.Mo
         files.report()
     monkeypatch.setattr(module, "write_report", write)
     files.calibration = tmp_path / "probe.toml"
-    files.settings(unit="kPa")
+    files.use_settings(SettingsCommand(unit="kPa"))
     (tmp_path / "two-report-2.html").write_text("precious")
-    names = [files.report()["file"] for _ in range(2)]
+    names = [files.report() for _ in range(2)]
     assert names == ["two-report.html", "two-report-3.html"]
     assert (tmp_path / "two-report-2.html").read_text() == "precious"
     assert asked[0] == (
@@ -112,8 +113,8 @@ def test_a_report_of_the_newest_recording(tmp_path: Path, monkeypatch: pytest.Mo
         [tmp_path / "two.csv"],
         tmp_path / "probe.toml",
     )
-    assert [file["name"] for file in files.named if file["kind"] == "report"] == names
-    assert files.as_dict()["progress"] == ""
+    assert [file.name for file in files.named if file.kind == "report"] == names
+    assert files.progress == ""
 
 
 def test_a_report_that_is_stopped_is_not_written(
@@ -123,7 +124,7 @@ def test_a_report_that_is_stopped_is_not_written(
     files, told = RunFiles(), list[str]()
     files.made(OWN_FILE, "recording")
     monkeypatch.setattr(files, "free", lambda name: tmp_path / name)
-    tell = files._tell
+    tell = files._show_progress
     for part in ("rows read", "touch 2 of 4"):
 
         def stop(progress: str, part: str = part) -> None:
@@ -132,7 +133,7 @@ def test_a_report_that_is_stopped_is_not_written(
                 files.stop_report()
             tell(progress)
 
-        monkeypatch.setattr(files, "_tell", stop)
+        monkeypatch.setattr(files, "_show_progress", stop)
         with pytest.raises(RefusedCommand, match="report: stopped; nothing is written"):
             files.report()
         assert part in told[-1]
@@ -146,7 +147,8 @@ def test_a_browser_shows_a_report_and_runs_nothing_in_it(
     monkeypatch.setattr(
         module, "write_report", lambda path, *_, progress: path.write_text("<p>gel</p>")
     )
-    name = bench.do("report")["file"]
+    name = done(bench, "report").file
+    assert isinstance(name, str)
     for beside in ("probe.toml", "odd.bin"):
         (tmp_path / beside).write_text("x")
         bench.measurement.files.made(tmp_path / beside, "calibration")

@@ -14,15 +14,16 @@ from unittest.mock import Mock
 import numpy as np
 import palpate
 import pytest
-from live_bench import OWN_FILE, SOURCE, Bench, begun, client
+from live_bench import OWN_FILE, SOURCE, Bench, begun, client, done
 from palpate import Source, Uncertainty
 from palpate.ad7746.registers import linearity_pF
 from palpate.elasticity import SORBOTHANE_MPA, Elasticity
 from palpate.live import levels
-from palpate.live.commands import Workbench
-from palpate.live.feed import HEADER, Kind, RefusedCommand
-from palpate.live.measurement import RecordedMeasurement
+from palpate.live.commands import FileWorkbench
+from palpate.live.feed import HEADER, FrameKind
+from palpate.live.file_review import RecordedMeasurement
 from palpate.live.plan import TouchPlan
+from palpate.live.protocol import RefusedCommand, ShownScatter, TouchCount
 from palpate.live.touch_rows import TouchTable
 from palpate.recording.reading import recorded
 from palpate.recording.session import Entry, Plan, Specimen, plan_of
@@ -55,20 +56,20 @@ def test_a_refusal_is_answered_and_a_tare_is_marked(tmp_path: Path) -> None:
     bench = begun(SOURCE, tmp_path)
     with client(bench) as page, page.websocket_connect("/ws") as socket:
         for message, words in (
-            ("nonsense", "Expecting value"),
+            ("nonsense", "allowed: a command as a JSON object"),
             ('{"do": "record"}', "already recording"),
         ):
             socket.send_text(message)
             assert words in heard(socket, "refused")["message"]
     soon(lambda: bench.measurement.last)
     assert "do not touch anything" in bench.obey("tare")
-    soon(lambda: bench.documents["events"]()["tares"])
-    tares = bench.documents["events"]()["tares"]
+    soon(lambda: bench.annotations.document().tares)
+    tares = bench.annotations.document().tares
     assert "closed" in bench.obey("stop")
     assert bench.obey("mark") == "Marked; nothing is recorded yet."
     state = bench.state()
-    assert (state["recording"], state["proposed"]) == (None, "run-2.csv")
-    assert [file["kind"] for file in state["files"]] == ["recording", "settings"]
+    assert (state.recording, state.proposed) == (None, "run-2.csv")
+    assert [file.kind for file in state.files] == ["recording", "settings"]
     bench.measurement.close()
     document = json.loads((tmp_path / "run.json").read_text())
     assert [mark["t_s"] for mark in document["marks"] if mark["tare"]] == pytest.approx(tares)
@@ -84,21 +85,25 @@ def test_a_level_calibration_measures_on_with_its_settings_and_never_shows_the_h
         calibration, ratio="level", contact_exponent=1.5, age_s=0.8, exponent_fits=domes
     )
     bench = ended(begun(fast, tmp_path, record=False))
-    guided: Any = bench._parts["calibration"]
+    guided: Any = bench.guided
     guided.use(calibration, tmp_path / "probe.toml")
-    [row, *_] = bench.documents["touches"]()["rows"]
-    assert (row["ratio"], row["kept"], row["modulus"]["text"]) == (None, False, "no modulus")
-    assert row["why"].startswith(
+    [row, *_] = bench.table.document().rows
+    assert (math.isnan(row.ratio), row.kept, row.modulus and row.modulus.text) == (
+        True,
+        False,
+        "no modulus",
+    )
+    assert row.why.startswith(
         "measured with age 0 and contact_exponent 1, but calibrated with age 0.8"
     )
     bench.obey("again")
-    soon(lambda: len(bench.documents["touches"]()["rows"]) == 4)
+    soon(lambda: len(bench.table.document().rows) == 4)
     assert {(touch.age_s, touch.contact_exponent) for touch in bench.measurement.touches} == {
         (0.8, 1.5)
     }
-    rows, touches = bench.documents["touches"]()["rows"], bench.measurement.touches
-    assert [row["ratio"] for row in rows] == [touch.level_ratio for touch in touches]
-    plan: Any = bench._parts["plan"]
+    rows, touches = bench.table.document().rows, bench.measurement.touches
+    assert [row.ratio for row in rows] == [touch.level_ratio for touch in touches]
+    plan: Any = bench.plan
     assert plan_of({"session": plan._within(-math.inf).as_dict()}).ratio == "level"
 
 
@@ -129,7 +134,7 @@ def test_a_recording_that_is_begun_in_a_touch_has_the_whole_touch(tmp_path: Path
     assert list(tmp_path.iterdir()) == []  # nothing is recorded before Record is pressed
     bench.obey("plan", text="30 OO; 0.143", wanted=2)
     soon(lambda: measurement.last is not None)
-    marked = bench.do("mark")["id"]
+    marked = done(bench, "mark").id
     bench.obey("note", text="warm")
     soon(lambda: measurement.state in ("contact", "adapting", "done"))
     with pytest.raises(RefusedCommand, match="tare: the probe is in contact; lift it first"):
@@ -139,9 +144,10 @@ def test_a_recording_that_is_begun_in_a_touch_has_the_whole_touch(tmp_path: Path
     )
     bench.obey("mark text", id=marked, text="before the touch")
     soon(lambda: len(measurement.touches) == 1)
-    recording = bench.state()["recording"]
-    assert recording["name"] == "one.csv"
-    assert recording["seconds"] == pytest.approx(measurement.last_s, abs=2)
+    recording = bench.state().recording
+    assert recording
+    assert recording.name == "one.csv"
+    assert recording.seconds == pytest.approx(measurement.last_s, abs=2)
     bench.obey("stop")
     assert bench.obey("mark text", id=marked, text="too late").endswith(
         "is closed, and keeps the text it had."
@@ -149,7 +155,7 @@ def test_a_recording_that_is_begun_in_a_touch_has_the_whole_touch(tmp_path: Path
     live = measurement.touches[0]
     soon(lambda: measurement.state in ("contact", "adapting", "done"))
     assert bench.obey("tare anyway").endswith("do not touch anything.")
-    soon(lambda: measurement.moment.state == "baseline")
+    soon(lambda: measurement.tracker_state.state == "baseline")
     measurement.close()
     [touch] = palpate.touches(palpate.read(tmp_path / "one.csv"))
     assert touch.ratio.hex() == live.ratio.hex()
@@ -166,9 +172,9 @@ def test_touches_that_differ_have_no_mean_and_no_best(tmp_path: Path) -> None:
     calibration = palpate.Calibration.fit(ratios, [E for E in specimens for _ in range(2)])
     bench = ended(begun(fast, tmp_path, record=False))
     measurement = bench.measurement
-    plan: Any = bench._parts["plan"]
-    flags = bench.documents["events"]()["flags"]
-    assert [(flag["touch"], flag["name"]) for flag in flags] == [
+    plan: Any = bench.plan
+    flags = bench.annotations.document().flags
+    assert [(flag.touch, flag.name) for flag in flags] == [
         (number, name)
         for number, touch in enumerate(measurement.touches, 1)
         for name in touch.flags
@@ -178,13 +184,14 @@ def test_touches_that_differ_have_no_mean_and_no_best(tmp_path: Path) -> None:
         by_calibration.touch(number, touch)
     plain, calibrated = TouchTable(measurement, plan), TouchTable(measurement, by_calibration)
     for table in (plain, calibrated):
-        together = table.document()["together"]
-        assert (table.document()["most_reliable"], together["agree"], together["ratio"]) == (
+        together = table.document().together
+        assert together
+        assert (table.document().most_reliable, together.agree, together.ratio) == (
             None,
             False,
             None,
         )
-    assert TouchTable(measurement, plan, scatter=1.0).document()["most_reliable"] in (1, 2, 3, 4)
+    assert TouchTable(measurement, plan, scatter=1.0).document().most_reliable in (1, 2, 3, 4)
     first = measurement.touches[0]
     linear = linearity_pF(measurement.tracker.settings["full_scale"])
     for table, scatter, ratio_of in (
@@ -193,18 +200,17 @@ def test_touches_that_differ_have_no_mean_and_no_best(tmp_path: Path) -> None:
     ):
         known = Uncertainty.of(first, scatter, linear, ratio_of)
         told = table.document()
-        assert told["scatter"] == {"share": scatter.share, "source": known.source}
-        error = math.hypot(told["rows"][0]["own_error"], scatter.share * first.ratio)
+        assert told.scatter == ShownScatter(scatter.share, known.source)
+        error = math.hypot(told.rows[0].own_error, scatter.share * first.ratio)
         assert error == pytest.approx(known.uncertainty, rel=1e-15)
         assert table.result(first).startswith(f"ratio {known}")
     measurement.touches = [first, first]
-    together = calibrated.document()["together"]
-    assert together["text"].startswith("mean of 2 touches: ")
-    assert (
-        together["modulus"]["low_MPa"]
-        < together["modulus"]["value_MPa"]
-        < together["modulus"]["high_MPa"]
-    )
+    by_calibration.touch(1, first)
+    together = calibrated.document().together
+    assert together
+    assert together.text.startswith("mean of 2 touches: ")
+    assert together.modulus
+    assert together.modulus.low_MPa < together.modulus.value_MPa < together.modulus.high_MPa
     measurement.close()
 
 
@@ -213,8 +219,7 @@ def test_the_measurement_goes_on_without_a_recording_that_is_removed(tmp_path: P
     measurement = bench.measurement
     (tmp_path / "run.csv").unlink()
     assert (
-        "was removed, renamed or moved while it was recorded"
-        in bench.waited("recording")["line"]["text"]
+        "was removed, renamed or moved while it was recorded" in bench.waited("recording").line.text
     )
     soon(lambda: measurement.failed)
     assert (measurement.running, measurement.recorder, measurement.error) == (True, None, "")
@@ -241,8 +246,8 @@ def test_a_sidecar_that_is_held_ends_no_measurement_and_gets_all_marks_later(
             "Marked. run.json: cannot be written: Permission denied; notes, marks"
         )
         assert "run.json: cannot be written" in bench.obey("note", text="left hand")
-        line = bench.waited("notes wait")["line"]
-        assert (line["title"], line["level"]) == ("Notes wait.", "caution")
+        line = bench.waited("notes wait").line
+        assert (line.title, line.level) == ("Notes wait.", "caution")
         assert measurement.running
     recorder: Any = measurement.recorder
     soon(lambda: not recorder.sidecar_trouble)
@@ -263,8 +268,8 @@ def test_a_full_disk_ends_no_measurement(tmp_path: Path, monkeypatch: pytest.Mon
             "palpate.recording.writer.write",
             Mock(side_effect=OSError(errno.ENOSPC, "No space left on device")),
         )
-        line = bench.waited("rows wait")["line"]
-        assert line["text"].startswith("run.csv: cannot be written: No space left on device; ")
+        line = bench.waited("rows wait").line
+        assert line.text.startswith("run.csv: cannot be written: No space left on device; ")
         assert measurement.running
     recorder: Any = measurement.recorder
     soon(lambda: not recorder.rows_trouble)
@@ -277,12 +282,12 @@ def test_a_full_disk_ends_no_measurement(tmp_path: Path, monkeypatch: pytest.Mon
 @contextmanager
 def opened(
     path: Path, how: dict[str, Any] | None = None, said: list[str] | None = None, **asked: Any
-) -> Iterator[tuple[RecordedMeasurement, Workbench]]:
+) -> Iterator[tuple[RecordedMeasurement, FileWorkbench]]:
     """Open a file and wait until it is read."""
     found = RecordedMeasurement(
         str(path), asked, how or {}, (said if said is not None else []).append
     )
-    bench = Workbench(found, str(path))
+    bench = FileWorkbench(found, str(path))
     found.start()
     soon(lambda: not found.running)
     yield found, bench
@@ -317,8 +322,8 @@ def test_a_part_of_a_recording_is_estimated_as_a_touch() -> None:
     with opened(OWN_FILE) as (_, bench):
         [touch] = palpate.touches(recorded(OWN_FILE), windows=[(3.0, 7.0)])
         told = f"A to B: ratio {Uncertainty.of(touch)}, {touch.samples} samples"
-        assert bench.do("cut", from_s=3.0, to_s=7.0) == {"message": told}
-        told = bench.do("cut", from_s=8.9, to_s=9.9)["message"]
+        assert done(bench, "cut", from_s=3.0, to_s=7.0).message == told
+        told = done(bench, "cut", from_s=8.9, to_s=9.9).message
         assert told.startswith(
             "windows: got 8.9 to 9.9 s: nothing rises above the baseline before it, or the window"
         )
@@ -334,35 +339,36 @@ def test_what_a_page_is_told_of_a_recording(tmp_path: Path) -> None:
     path = copied(tmp_path / OWN_FILE.name)
     change(path, {"session": plan.as_dict(), "marks": marks})
     with opened(path) as (found, bench):
-        hello = bench.documents["hello"]()
-        assert (hello["kind"], hello["file"]["rows"], hello["file"]["end"]) == (
+        hello = bench.hello()
+        assert hello.file
+        assert (hello.kind, hello.file.rows, hello.file.end) == (
             "file",
             1411,
             "complete, clean end",
         )
-        rows = bench.documents["touches"]()["rows"]
-        assert [(row["specimen"], row["kept"], row["why"]) for row in rows[:3]] == [
+        rows = bench.table.document().rows
+        assert [(row.specimen, row.kept, row.why) for row in rows[:3]] == [
             ("soft", True, ""), ("soft", False, "slipped"), (None, True, "")]  # fmt: skip
-        assert bench.documents["touches"]()["means"] == {"soft": found.touches[0].ratio}
-        session = bench.documents["session"]()
-        assert (session["title"], session["specimens"][0]["kept"], session["next"]) == (
+        assert bench.table.document().means == {"soft": found.touches[0].ratio}
+        session = bench.plan.document
+        assert (session.title, session.specimens[0].kept, session.next) == (
             "rehearsal",
             1,
             None,
         )
-        assert session["count"] == {"kept": 3, "of": 4}
-        events = bench.documents["events"]()
-        assert [(mark["t_s"], mark["text"]) for mark in events["marks"]][1] == (7.8, "here")
-        assert events["tares"] == pytest.approx([times[200]], rel=1e-15)
-        [gap] = events["gaps"]
-        assert (gap["from_s"], gap["to_s"]) == pytest.approx((times[1400], times[1401]), rel=1e-15)
-        assert (gap["lost"], gap["text"]) == (0, "plugged in again")
+        assert session.count == TouchCount(3, 4)
+        events = bench.annotations.document()
+        assert [(mark.t_s, mark.text) for mark in events.marks][1] == (7.8, "here")
+        assert events.tares == pytest.approx([times[200]], rel=1e-15)
+        [gap] = events.gaps
+        assert (gap.from_s, gap.to_s) == pytest.approx((times[1400], times[1401]), rel=1e-15)
+        assert (gap.lost, gap.text) == (0, "plugged in again")
         assert found.touches == palpate.touches(recorded(path))
         for do in ("tare", "record", "again", "mark"):
             with pytest.raises(
                 RefusedCommand, match=f"{do}: this is a recording, nothing is measured"
             ):
-                bench.do(do)
+                done(bench, do)
 
 
 def test_a_file_without_a_sidecar_is_not_changed(tmp_path: Path) -> None:
@@ -370,7 +376,7 @@ def test_a_file_without_a_sidecar_is_not_changed(tmp_path: Path) -> None:
     path.with_suffix(".json").unlink()
     said = f"{path.name}: cannot be changed: it has no sidecar with an end"
     with opened(path) as (_, bench), pytest.raises(RefusedCommand, match=said):
-        bench.do("name", touches=[1], text="gel")
+        done(bench, "name", touches=[1], text="gel")
     assert not path.with_suffix(".json").exists()
 
 
@@ -380,8 +386,8 @@ def test_a_damaged_recording_is_shown_as_far_as_it_can_be_read(tmp_path: Path) -
     path.write_bytes(b"".join([*lines[:700], b"\0" * 40 + b"\n", *lines[701:]]))
     said: list[str] = []
     with opened(path, said=said) as (found, bench):
-        assert (found.file["rows"], found.file["end"]) == (1410, "not complete")
-        assert bench.state()["line"]["title"] == "This recording is not complete."
+        assert (found.file.rows, found.file.end) == (1410, "not complete")
+        assert bench.state().line.title == "This recording is not complete."
         assert any("damaged: line 701" in line for line in said)
         assert len(found.levels.view(-1, 1e9, 4096)) == 1410
         assert found.touches
@@ -397,7 +403,7 @@ def test_a_recording_that_still_runs_or_is_very_long_says_so(
     with palpate.Stream(f"{SOURCE}&speed=1", record=path) as stream:
         soon(lambda: stream.recorder and stream.recorder.rows > 20)
         with opened(path, said=said) as (found, _):
-            assert found.file["end"] == "still being recorded"
+            assert found.file.end == "still being recorded"
     monkeypatch.setattr(levels, "WHOLE", 500)
     with opened(OWN_FILE, said=said) as (found, _):
         assert not found.levels.has_all
@@ -414,7 +420,7 @@ def test_a_view_over_a_web_socket() -> None:
     ):
         socket.send_text('{"do": "view", "id": 77, "from_s": 5, "to_s": 30, "rows": 200}')
         frame = b""
-        while not frame or HEADER.unpack_from(frame)[3] != Kind.VIEW:
+        while not frame or HEADER.unpack_from(frame)[3] != FrameKind.VIEW:
             frame = socket.receive().get("bytes") or frame
     version, number, size, _ = HEADER.unpack_from(frame)
     assert (version, number) == (3, 77)

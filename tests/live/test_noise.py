@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from palpate.live.feed import ROW, Flag, Rows
+from palpate.live.feed import ROW, RowFlag, Rows
 from palpate.live.noise import FEWEST, idle, noise_of
 
 RATE = 38.5
@@ -48,14 +48,14 @@ def test_the_sentence_has_the_rms_and_what_stands_out(hz: float, said: str) -> N
 def test_touches_and_missing_values_are_left_out() -> None:
     rows = made()
     rows["hard"][3000:4000] += 0.5
-    rows["flags"][3000:4000] = int(Flag.CONTACT)
+    rows["flags"][3000:4000] = int(RowFlag.CONTACT)
     rows["hard"][5000] = np.nan
-    rows["flags"][5000] = int(Flag.REFUSED)
+    rows["flags"][5000] = int(RowFlag.REFUSED)
     assert "hard 12 aF rms, soft 7 aF rms." in noise_of(rows)
     rows["t_s"][6000:] += 3.0
     for segment in idle(rows):
         assert not segment["flags"].any()
         assert np.diff(segment["t_s"]) == pytest.approx(1 / RATE, rel=1e-6)
-    rows["flags"] = int(Flag.CONTACT)
+    rows["flags"] = int(RowFlag.CONTACT)
     for known in (rows, rows[:0]):
         assert f"wait for {FEWEST} samples" in noise_of(known)

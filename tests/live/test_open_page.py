@@ -12,9 +12,10 @@ import pytest
 from live_bench import SOURCE, begun, client
 from live_server import PATIENCE_S
 from palpate.live import app as module
-from palpate.live.feed import HEADER, ROW, Kind
+from palpate.live.feed import HEADER, ROW, FrameKind
 from palpate.live.levels import KEPT, Levels
-from palpate.live.open_page import FRAME_ROWS, Page
+from palpate.live.open_page import FRAME_ROWS, PageClient
+from palpate.live.page_commands import ViewCommand
 
 READ = 30  # frames that a page reads before it falls asleep
 
@@ -25,13 +26,13 @@ async def turns() -> None:
 
 
 def with_page(
-    test: Callable[[Page, Levels, asyncio.Event], Awaitable[None]],
+    test: Callable[[PageClient, Levels, asyncio.Event], Awaitable[None]],
 ) -> tuple[list[str], list[bytes]]:
     """Run a test with a page that sends, and the event that its connection has room; return its texts and frames."""
     socket, levels = AsyncMock(), Levels()
 
     async def run() -> None:
-        page, room = Page(socket, levels), asyncio.Event()
+        page, room = PageClient(socket, levels), asyncio.Event()
         room.set()
 
         async def send(_: bytes) -> None:
@@ -60,7 +61,7 @@ def test_a_page_that_does_not_read_costs_nothing_and_goes_on_later(missed: int) 
     rows = np.zeros(missed, ROW)
     rows["t_s"] = np.arange(missed) / 38
 
-    async def test(page: Page, levels: Levels, room: asyncio.Event) -> None:
+    async def test(page: PageClient, levels: Levels, room: asyncio.Event) -> None:
         for begin in range(0, missed, 64):
             levels.add(rows[begin : begin + 64])
             page.wake()
@@ -72,7 +73,7 @@ def test_a_page_that_does_not_read_costs_nothing_and_goes_on_later(missed: int) 
 
     _, frames = with_page(test)
     assert max(len(times(frame)) for frame in frames) <= FRAME_ROWS
-    anew = [at for at, frame in enumerate(frames) if HEADER.unpack_from(frame)[3] == Kind.ANEW]
+    anew = [at for at, frame in enumerate(frames) if HEADER.unpack_from(frame)[3] == FrameKind.ANEW]
     assert anew == ([0] if missed == KEPT else [0, READ + 2])
     got = np.concatenate([times(frame) for frame in frames])
     assert np.array_equal(got[-KEPT:], rows["t_s"][-KEPT:])
@@ -80,17 +81,17 @@ def test_a_page_that_does_not_read_costs_nothing_and_goes_on_later(missed: int) 
 
 
 def test_the_state_comes_before_the_answer_and_only_the_newest() -> None:
-    async def test(page: Page, _levels: Levels, _room: asyncio.Event) -> None:
-        page.tell("state", "recording: run.csv")
-        page.tell("state", "recording: none")
-        page.tell(object(), "closed")
-        page.view(7, 0.0, 1.0, 100)
+    async def test(page: PageClient, _levels: Levels, _room: asyncio.Event) -> None:
+        page.send_message("state", "recording: run.csv")
+        page.send_answer("closed")
+        page.send_message("state", "recording: none")
+        page.run(ViewCommand(7, 0.0, 1.0, 100))
         await turns()
 
     texts, frames = with_page(test)
     assert texts == ["recording: none", "closed"]
     views = [HEADER.unpack_from(frame) for frame in frames]
-    assert [number for _, number, _, kind in views if kind == Kind.VIEW] == [7]
+    assert [number for _, number, _, kind in views if kind == FrameKind.VIEW] == [7]
 
 
 def test_rows_and_a_new_line_go_out_at_once(

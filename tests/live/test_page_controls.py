@@ -9,8 +9,8 @@ import pytest
 from live_browser import Browser
 from page_data import MARKS, state
 from page_states import Canned
-from palpate.live.feed import RefusedCommand
 from palpate.live.plan import specimens_of
+from palpate.live.protocol import RefusedCommand
 from palpate.materials import shore_a_of_modulus
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys

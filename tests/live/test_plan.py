@@ -16,9 +16,10 @@ from hypothesis import strategies as st
 from palpate import Calibration, Touch
 from palpate.calibration.calibration_file import About
 from palpate.errors import RecordingError
-from palpate.live.feed import RefusedCommand
 from palpate.live.files import RunFiles
+from palpate.live.measurement import EndedRecording
 from palpate.live.plan import DISCARDED, TouchPlan, specimens_of
+from palpate.live.protocol import ReadLine, RefusedCommand, SessionMessage, SessionResult
 from palpate.recording import session as stored
 from palpate.recording import sidecar
 from palpate.recording.sidecar import Sidecar
@@ -53,9 +54,13 @@ class Bench:
         self.listeners, self.recording_begun, self.said = list[Any](), list[Any](), list[str]()
         self.recorder: Recorder | None = Recorder()
         self.newest_recorder: Recorder | None = self.recorder
-        self.say = self.said.append
+        self.notify = self.said.append
         self.files = RunFiles()
         measurement: Any = self
+        self.file = None
+        self.demo = False
+        self.touches_wanted = 4
+        self.require_amendable = lambda: None
         self.plan = TouchPlan(measurement, calibration)
         self.do("plan", text=THREE, wanted=wanted, title="gels", operator="A. B.")
 
@@ -96,17 +101,25 @@ class Bench:
             self.do(do, **{"touch": int(rest)} if rest else {})
 
     @property
-    def told(self) -> dict[str, Any]:
+    def ended_recording(self) -> EndedRecording | None:
+        ended = self.newest_recorder
+        if ended is None or ended.path is None:
+            return None
+        of: Any = ended
+        return EndedRecording(ended.path, ended.first_s, of)
+
+    @property
+    def told(self) -> SessionMessage:
         return self.plan.document
 
     @property
     def next(self) -> str | None:
-        found = self.told["next"]
-        return f"{found['name']} {found['nth']}/{found['of']}" if found else None
+        found = self.told.next
+        return f"{found.name} {found.nth}/{found.of}" if found else None
 
     @property
     def specimens(self) -> list[str | None]:
-        return [row["specimen"] for row in self.plan.rows]
+        return [row.specimen for row in self.plan.rows]
 
 
 def test_the_end_of_a_plan() -> None:
@@ -114,7 +127,7 @@ def test_the_end_of_a_plan() -> None:
     bench = Bench(wanted=1)
     for what in ("touch", "short", "touch"):
         bench.take(what)
-        assert (bench.plan.finished(), bench.told["done"]) == (None, None)
+        assert (bench.plan.finished(), bench.told.done) == (None, None)
     bench.take("touch")
     bench.files.made(Path("probe.toml"), "calibration")
     line = (
@@ -123,30 +136,26 @@ def test_the_end_of_a_plan() -> None:
         "3 specimens; 1 left out",
     )
     assert bench.plan.finished() == line
-    assert bench.told["done"] == {
-        "scatter": 0.03,
-        "source": "assumed",
-        "inside": 0,
-        "of": 0,
-        "left_out": 1,
-    }
+    assert bench.told.done == SessionResult(0.03, "assumed", inside=0, of=0, left_out=1)
     bench.do("specimen", name="")
     assert bench.plan.finished() is None
     bench.take("touch")
-    assert (bench.specimens[-1], bench.told["done"]) == (None, None)
+    assert bench.specimens[-1] is None
+    assert bench.told.done is None
     ratios = [GOOD.ratio * level * off for level in (1.0, 2.5, 5.0) for off in (0.98, 1.0, 1.02)]
     found = Bench(
         wanted=1, calibration=Calibration.fit(ratios, [0.143] * 3 + [1.0] * 3 + [8.68] * 3)
     )
     for _ in range(3):
         found.take("touch")
-    assert (found.told["done"]["source"], found.told["done"]["of"]) == ("calibration", 2)
-    assert found.told["done"]["inside"] <= 1  # of two moduli, the same ratio
+    assert found.told.done
+    assert (found.told.done.source, found.told.done.of) == ("calibration", 2)
+    assert found.told.done.inside <= 1  # of two moduli, the same ratio
 
 
-def of(modulus: float | None, uncertainty: float | None = None) -> dict[str, float | None]:
+def of(modulus: float | None, uncertainty: float | None = None) -> ReadLine:
     """Return a line of a list as the page gets it."""
-    return {"modulus": modulus, "uncertainty": uncertainty}
+    return ReadLine(modulus, uncertainty)
 
 
 @pytest.mark.parametrize(
@@ -172,10 +181,10 @@ def test_the_uncertainty_of_a_modulus_in_a_list(text: str, uncertainty: float | 
 
 def test_how_a_list_is_read() -> None:
     text = "name; MPa\n\na; 0,25\nb; 0,2.5\nc\nd; 250 kPa\na; 1"
-    wrong = {"wrong": "got 'b; 0,2.5', allowed: moduli above 0, as 30 OO; 0.143"}
-    twice = {"wrong": "got 'a' again, allowed: each name once"}
+    wrong = ReadLine(wrong="got 'b; 0,2.5', allowed: moduli above 0, as 30 OO; 0.143")
+    twice = ReadLine(wrong="got 'a' again, allowed: each name once")
     quarter = of(0.25)
-    assert TouchPlan.read_list(text)["lines"] == [
+    assert TouchPlan.read_list(text) == [
         None,
         None,
         quarter,
@@ -184,16 +193,16 @@ def test_how_a_list_is_read() -> None:
         quarter,
         twice,
     ]
-    assert TouchPlan.read_list("a; 250\nb; 2 MPa", "kPa")["lines"] == [quarter, of(2.0)]
-    assert TouchPlan.read_list("a; 4.1 kPa\nb; 0.0041")["lines"] == 2 * [of(0.0041)]
-    assert TouchPlan.read_list("Probe;E-Modul [kPa]\na;250\nb;1e6 Pa")["lines"] == [
+    assert TouchPlan.read_list("a; 250\nb; 2 MPa", "kPa") == [quarter, of(2.0)]
+    assert TouchPlan.read_list("a; 4.1 kPa\nb; 0.0041") == 2 * [of(0.0041)]
+    assert TouchPlan.read_list("Probe;E-Modul [kPa]\na;250\nb;1e6 Pa") == [
         None,
         quarter,
         of(1.0),
     ]
-    assert TouchPlan.read_list("specimen,modulus_MPa\na,0.25", "kPa")["lines"] == [None, quarter]
-    of_psi = {"wrong": "got the unit 'psi', allowed: Pa, kPa, MPa or GPa"}
-    assert TouchPlan.read_list("name; psi\na; 36 psi\nb; 0.25")["lines"] == [
+    assert TouchPlan.read_list("specimen,modulus_MPa\na,0.25", "kPa") == [None, quarter]
+    of_psi = ReadLine(wrong="got the unit 'psi', allowed: Pa, kPa, MPa or GPa")
+    assert TouchPlan.read_list("name; psi\na; 36 psi\nb; 0.25") == [
         of_psi,
         of_psi,
         quarter,
@@ -251,16 +260,16 @@ def test_flags_decide_unless_a_calibration_accepts_them() -> None:
         calibration=Calibration.fit([2.0, 3.0, 4.0, 5.0], [0.18, 0.46, 1.0, 2.5], about=about)
     )
     bench.take("short")
-    assert bench.plan.rows[0]["kept"]
+    assert bench.plan.rows[0].kept
     bench.plan.progress.calibration = None
     bench.do("note", text="another calibration")
     [row] = bench.plan.rows
-    assert (row["kept"], row["why"].split(":")[0] in SHORT.flags) == (False, True)
+    assert (row.kept, row.why.split(":")[0] in SHORT.flags) == (False, True)
     bench.touches = [moved(GOOD, 10.0)]  # revised
     bench.plan.touch(1, bench.touches[0])
     assert bench.next == "30 OO 2/2"
     assert bench.do("discard", touch=1) == "Touch 1 is left out. Next: 30 OO."
-    assert bench.plan.rows[0]["why"] == DISCARDED
+    assert bench.plan.rows[0].why == DISCARDED
 
 
 def test_a_touch_is_on_the_specimen_that_was_next_when_it_began() -> None:
@@ -317,9 +326,9 @@ def test_the_recording_gets_what_is_within_it_and_another_measurement_keeps_what
     assert bench.recorder.plan == replace(plan, touches=plan.touches[1:])
     bench.recorder = Recorder()
     bench.begin()
-    assert (bench.plan.rows, bench.told["last"], bench.told["notes"]) == ([], None, [])
+    assert (bench.plan.rows, bench.told.last, bench.told.notes) == ([], None, [])
     bench.touch(1.0)
-    assert [one["touch"] for one in bench.told["specimens"][0]["deviations"]] == [None, None, 1]
+    assert [one.touch for one in bench.told.specimens[0].deviations] == [None, None, 1]
     assert [entry.start_s for entry in bench.recorder.plan.touches] == [1.0]
     assert [n for known in bench.plan.known() for n, _, _ in known.touches] == [-1, 0, 1]
 
@@ -357,7 +366,7 @@ def test_any_order_of_events_keeps_the_account(steps: list[str]) -> None:
     """A touch keeps its specimen until it is assigned; counts are those of the rows; the next one lacks touches."""
     bench = Bench()
     for step in steps:
-        expected, following = bench.specimens, (bench.told["next"] or {"name": None})["name"]
+        expected, following = bench.specimens, (bench.told.next.name if bench.told.next else None)
         with suppress(RefusedCommand):
             bench.take(step)
             if step in ("touch", "short"):
@@ -368,9 +377,9 @@ def test_any_order_of_events_keeps_the_account(steps: list[str]) -> None:
                 expected[int(step[7]) - 1] = step[9:] or None
         assert bench.specimens == expected
         told = bench.told
-        for one in told["specimens"]:
-            assert one["kept"] == sum(each["kept"] for each in one["deviations"])
-        assert told["next"] or all(one["kept"] >= one["of"] for one in told["specimens"])
+        for one in told.specimens:
+            assert one.kept == sum(each.kept for each in one.deviations)
+        assert told.next or all(one.kept >= one.of for one in told.specimens)
     assert not bench.said
 
 
@@ -409,7 +418,7 @@ def test_a_name_with_another_modulus_says_the_one_before() -> None:
         == "1 touch: gel. Its modulus is 0.2 MPa now, before unknown."
     )
     assert bench.do("name", touches=[1], text="gel") == "1 touch: gel."
-    assert [one["modulus"] for one in bench.told["specimens"]] == [0.2, 0.2, 8.68]
+    assert [one.modulus for one in bench.told.specimens] == [0.2, 0.2, 8.68]
 
 
 def test_one_specimen_is_counted_as_one() -> None:

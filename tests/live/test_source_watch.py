@@ -85,7 +85,7 @@ def running(tmp_path: Path, said: list[str]) -> Callable[..., Any]:
 
 def calibrated(bench: Bench) -> bool:
     """Return whether the page shows moduli."""
-    return bool(bench.documents["hello"]()["calibrated"])
+    return bool(bench.hello().calibrated)
 
 
 def exchange(bench: Bench, boards: Boards, chip: str) -> None:
@@ -136,15 +136,15 @@ def test_another_board_ends_the_use_of_a_calibration(
         assert calibrated(bench)
         exchange(bench, boards, B)
         shown = bench.waited("calibration")
-        assert shown["line"]["title"] == "The calibration is not used."
-        assert f"but the readings are from {B}, allowed: " in shown["line"]["text"]
+        assert shown.line.title == "The calibration is not used."
+        assert f"but the readings are from {B}, allowed: " in shown.line.text
         assert not calibrated(bench)
         assert watch_of(bench).refused
         assert files.calibration is None
         exchange(bench, boards, A)
         soon(lambda: calibrated(bench))
         assert not watch_of(bench).refused
-        assert bench.state()["line"]["what"] != "calibration"
+        assert bench.shown().line.what != "calibration"
         assert files.calibration == probe
         assert watch_of(bench).chips == {A, B}
         assert bench.measurement.running
@@ -159,7 +159,7 @@ def test_a_new_calibration_takes_the_place_of_a_refused_one(running: Callable[..
     with running(boards, calibration(OF_A)) as bench:
         exchange(bench, boards, B)
         soon(lambda: not calibrated(bench))
-        made: Any = bench._parts["calibration"]
+        made: Any = bench.guided
         bench.obey("settings", probe="B3", site="room 4", operator="C. Dee")
         provenance = made._provenance()
         assert (provenance.probe, provenance.site) == ("B3", "room 4")
@@ -167,11 +167,11 @@ def test_a_new_calibration_takes_the_place_of_a_refused_one(running: Callable[..
         assert provenance.simulated is False
         [recorded] = provenance.files
         assert recorded.name == "run.csv"
-        plan: Any = bench._parts["plan"]
+        plan: Any = bench.plan
         plan.use_calibration(calibration(provenance))
         assert not watch_of(bench).refused
         exchange(bench, boards, B)
-        soon(lambda: len(bench.documents["events"]()["gaps"]) == 2)
+        soon(lambda: len(bench.annotations.document().gaps) == 2)
         assert calibrated(bench)
 
 
@@ -193,7 +193,7 @@ def test_what_is_said_once(
     boards = Boards(A, **device)
     with running(boards, calibration(provenance)) as bench:
         exchange(bench, boards, A)
-        soon(lambda: len(bench.documents["events"]()["gaps"]) == 1)
+        soon(lambda: len(bench.annotations.document().gaps) == 1)
         assert calibrated(bench)
     remarks = [text.removeprefix("calibration: ") for text in said if "calibration: " in text]
     missing = [text for text in remarks if text.startswith("the calibration does not state: ")]

@@ -12,15 +12,15 @@ from palpate.calibration.assurance import today
 from palpate.calibration.calibration_file import About
 from palpate.calibration.provenance import Provenance
 from palpate.elasticity import SORBOTHANE_MPA, Elasticity
-from palpate.live.feed import RefusedCommand
 from palpate.live.files import RunFiles
 from palpate.live.plan import TouchPlan
+from palpate.live.protocol import RefusedCommand, VerificationMessage
 from palpate.live.specimen_check import SpecimenCheck
 from palpate.recording.sidecar import Sidecar
 from project import FOUR
 
 GEL_MPA = 1.1
-NOTHING = {"text": "", "agrees": True, "kept": False}
+NOTHING = VerificationMessage("", agrees=True, kept=False)
 
 
 @pytest.fixture(scope="module")
@@ -41,7 +41,12 @@ class Bench:
         self.sidecar = Sidecar()
         self.listeners: list[Any] = []
         self.recording_begun: list[Any] = []
+        self.file = None
+        self.demo = False
+        self.touches_wanted = 4
         self.recorder = None
+        self.ended_recording = None
+        self.require_amendable = lambda: None
         self.newest_recorder = None
         self.files = RunFiles(folder=folder)
         self._touch = touch
@@ -90,16 +95,16 @@ def test_a_known_specimen_is_compared_when_its_touches_are_done(
     assert bench.check.document() == NOTHING
     bench.touch(gain * Elasticity().ratio(GEL_MPA))
     shown = bench.check.document()
-    assert shown["text"].startswith("gel (1.10 MPa) measures 1.")
-    assert (shown["agrees"], shown["kept"]) == (agrees, False)
-    assert f" on {today()}" in shown["text"]
+    assert shown.text.startswith("gel (1.10 MPa) measures 1.")
+    assert (shown.agrees, shown.kept) == (agrees, False)
+    assert f" on {today()}" in shown.text
     message = bench.check.verify()
-    assert message == f"probe.toml has the result: {shown['text']}"
-    assert bench.check.document()["kept"]
+    assert message == f"probe.toml has the result: {shown.text}"
+    assert bench.check.document().kept
     [stored] = Calibration.load(tmp_path / "probe.toml").verifications
     assert (stored.specimen, stored.agrees, stored.touches) == ("gel", agrees, 2)
     assert stored.known_uncertainty == 0.01
-    assert bench.plan.document["notes"][-1]["text"] == f"verification: {shown['text'][:-1]}"
+    assert bench.plan.document.notes[-1].text == f"verification: {shown.text[:-1]}"
     with pytest.raises(RefusedCommand, match=r"probe\.toml has this result already"):
         bench.check.verify()
 
@@ -127,7 +132,7 @@ def test_specimens_that_calibrated_in_this_run_are_no_test(
 ) -> None:
     bench = Bench(tmp_path, touch, None)
     bench.touch_gel()
-    bench.plan.progress.calibration = calibration
+    bench.plan.use_calibration(calibration)
     bench.files.calibration = tmp_path / "probe.toml"
     assert bench.check.document() == NOTHING
     bench.touch_gel()
@@ -172,4 +177,4 @@ def test_a_file_that_cannot_be_written_is_named(
     monkeypatch.setattr("palpate.calibration.calibration_file.write_file", full)
     with pytest.raises(RefusedCommand, match=r"probe\.toml: No space left on device"):
         bench.check.verify()
-    assert not bench.check.document()["kept"]
+    assert not bench.check.document().kept

@@ -18,13 +18,13 @@ from palpate import Judgement, Uncertainty
 from palpate.flags import Flag
 from palpate.live import connection_state, state_rules
 from palpate.live.connection_state import HOLD_S, SETTLED_S, SteadyLine
+from palpate.live.protocol import Instruction, NextTouch, ReviewedFile
 from palpate.live.signal_state import ChannelSeen, SignalSeen
 from palpate.live.state_rules import (
     LONG_S,
-    Facts,
     LastTouch,
-    Now,
     PairRate,
+    StatusInputs,
     StatusLine,
     file_state,
     view_of,
@@ -41,21 +41,21 @@ OFFSET = replace(
 )
 ON = [(0.0, 5.7)]
 END = Judgement(2.0, "soft", "saturated", 4.096)
-NEXT = {"name": "30 OO", "modulus": 0.7, "nth": 3, "of": 4}
+NEXT = NextTouch("30 OO", 0.7, 3, 4)
 SLOW = PairRate(22.0, 40.0, 220, 0)
 
 
-def facts(state: str = "no contact", **given: Any) -> Facts:
-    return Facts(state, **given)
+def facts(state: str = "no contact", **given: Any) -> StatusInputs:
+    return StatusInputs(state, **given)
 
 
 def seen(hard: dict[str, float], soft: dict[str, float], **given: Any) -> SignalSeen:
     return SignalSeen((ChannelSeen("hard", **hard), ChannelSeen("soft", **soft)), **given)
 
 
-# Facts, kind of the line, word, level, and what the line says: the most urgent ones first.
+# StatusInputs, kind of the line, word, level, and what the line says: the most urgent ones first.
 # fmt: off
-CASES: list[tuple[Facts, str, str, str, str]] = [
+CASES: list[tuple[StatusInputs, str, str, str, str]] = [
     (facts("ended", error="disk full"), "ended", "Stop", "fault", "Disk full. Measure again"),
     (facts("contact", troubles={"unplugged": "The board is gone"}, cut=20, recording="run.csv"),
      "unplugged", "Stop", "fault", "The board is gone. Touch 20 is cut: repeat it. The recording goes on."),
@@ -121,7 +121,7 @@ CASES: list[tuple[Facts, str, str, str, str]] = [
 
 
 @pytest.mark.parametrize(("given", "what", "word", "level", "text"), CASES)
-def test_each_state(given: Facts, what: str, word: str, level: str, text: str) -> None:
+def test_each_state(given: StatusInputs, what: str, word: str, level: str, text: str) -> None:
     now, line = view_of(given)
     assert (line.what, now.word, line.level) == (what, word, level)
     assert text in line.text
@@ -140,7 +140,7 @@ def test_each_state(given: Facts, what: str, word: str, level: str, text: str) -
 
 def test_when_a_state_begins() -> None:
     """Each limit of time or share: just below it the state is calm, just above it is not."""
-    limits: list[tuple[str, float, Callable[[float], Facts]]] = [
+    limits: list[tuple[str, float, Callable[[float], StatusInputs]]] = [
         ("silent", 1.0, lambda s: facts(silent_s=s, period_s=0.026)),
         ("saturated", 0.1, lambda s: facts("contact", seen=seen({"limit_s": s}, {}))),
         ("baseline", 1.0, lambda s: facts(seen=seen({"below_s": s, "below_pF": 0.4}, {}))),
@@ -188,7 +188,7 @@ def test_the_more_urgent_state_comes_first() -> None:
     (facts("contact", seen=SignalSeen(contact_s=4.2)), "4 s so far"),
     (facts("no contact", next=NEXT), "30 OO, touch 3 of 4: press, and hold"),
 ])  # fmt: skip
-def test_subs_say_what_to_do(given: Facts, sub: str) -> None:
+def test_subs_say_what_to_do(given: StatusInputs, sub: str) -> None:
     assert view_of(given)[0].sub == sub
 
 
@@ -198,14 +198,13 @@ def test_a_recording_is_not_measured() -> None:
         ("changed", "caution"),
         ("not complete", "caution"),
     ):
-        shown = file_state(
-            {"name": "run-11.csv", "end": verdict, "rows": 7612, "missing": 3, "refused": 2}
-        )
-        line = shown["line"]
-        assert (shown["now"]["word"], line["level"], line["what"]) == ("File", level, "file")
+        file = ReviewedFile("run-11.csv", 7612, 3, 2, end=verdict, amendable=True)
+        shown = file_state(file)
+        line = shown.line
+        assert (shown.now.word, line.level, line.what) == ("File", level, "file")
         assert (
             f"{verdict}, 7612 rows, 3 missing, 2 without a value. Nothing is being measured."
-            in line["text"]
+            in line.text
         )
 
 
@@ -214,14 +213,14 @@ BAD, CALM = (
     StatusLine("ready", "quiet", "", "Ready.", "Ready."),
 )
 WORSE = StatusLine("unplugged", "fault", "Unplugged.", "Gone.")
-TOUCH, STOP = Now("Touch", ""), Now("Stop", "")
+TOUCH, STOP = Instruction("Touch", ""), Instruction("Stop", "")
 
 
 def test_a_line_does_not_flicker() -> None:
     steady, shown = SteadyLine(), []
     for tenth in range(100):  # the cause comes and goes each 0.5 s until 5 s
         line = BAD if tenth < 50 and tenth % 10 < 5 else CALM
-        shown.append(steady.show(TOUCH, line, None, tenth / 10)["line"]["what"])
+        shown.append(steady.show(TOUCH, line, None, tenth / 10).line.what)
     [change] = [tenth for tenth in range(1, 100) if shown[tenth] != shown[tenth - 1]]
     assert change / 10 == pytest.approx(4.4 + HOLD_S, abs=0.11)
     assert (HOLD_S, connection_state.GAP_S, connection_state.RATE_S, connection_state.LATE_S) == (
@@ -241,22 +240,24 @@ def test_a_more_urgent_line_comes_at_once_and_says_how_long_it_lasts() -> None:
         (2.0, WORSE),
         (14.0, WORSE._replace(text="Still gone.")),
     ]
-    shown = [steady.show(TOUCH, line, None, at_s)["line"] for at_s, line in lines]
-    assert [line["what"] for line in shown] == [
+    shown = [steady.show(TOUCH, line, None, at_s).line for at_s, line in lines]
+    assert [line.what for line in shown] == [
         "wiring",
         "unplugged",
         "ready",
         "unplugged",
         "unplugged",
     ]
-    assert [line["since_s"] for line in shown] == [0, 0, None, 0, 12]
+    assert [line.since_s for line in shown] == [0, 0, None, 0, 12]
 
 
 def test_what_is_said_has_settled() -> None:
     steady = SteadyLine()
 
-    def said(now: Now, line: StatusLine, at_s: float, result: LastTouch | None = None) -> str:
-        return str(steady.show(now, line, result, at_s)["announce"])
+    def said(
+        now: Instruction, line: StatusLine, at_s: float, result: LastTouch | None = None
+    ) -> str:
+        return steady.show(now, line, result, at_s).announce
 
     hold, done = (
         StatusLine("contact", "quiet", "", "Measuring."),
@@ -265,17 +266,20 @@ def test_what_is_said_has_settled() -> None:
     assert SETTLED_S == 1.0
     assert said(TOUCH, CALM, 0.0) == ""
     assert said(TOUCH, CALM, SETTLED_S) == "Touch. Ready."
-    assert said(Now("Hold", "6 s"), hold, 2.0) == "Touch. Ready."  # too short
+    assert said(Instruction("Hold", "6 s"), hold, 2.0) == "Touch. Ready."  # too short
     assert said(TOUCH, CALM, 2.5) == "Touch. Ready."
-    assert said(Now("Hold", "6 s"), hold, 5.0) == "Touch. Ready."
-    assert said(Now("Hold", "5 s"), hold, 6.0) == "Hold. Measuring."
-    assert said(Now("Lift", ""), done, 11.0, GOOD) == "Touch 20: ratio 2.50 ± 0.03. Lift. Complete."
+    assert said(Instruction("Hold", "6 s"), hold, 5.0) == "Touch. Ready."
+    assert said(Instruction("Hold", "5 s"), hold, 6.0) == "Hold. Measuring."
+    assert (
+        said(Instruction("Lift", ""), done, 11.0, GOOD)
+        == "Touch 20: ratio 2.50 ± 0.03. Lift. Complete."
+    )
     revised = replace(GOOD, text="ratio 2.51 ± 0.03", revised=True)
     assert said(TOUCH, CALM, 12.0, revised).startswith("Touch 20: ratio 2.50")
     assert said(TOUCH, CALM, 13.0, revised) == "Touch 20, revised: ratio 2.51 ± 0.03. Touch. Ready."
     assert said(STOP, WORSE, 13.1, revised) == "Stop. Unplugged. Gone."  # a fault at once
     assert said(STOP, WORSE, 60.0, revised) == "Stop. Unplugged. Gone."
-    left = SteadyLine().show(*view_of(facts("done", result=OFFSET)), OFFSET, 0.0)["announce"]
+    left = SteadyLine().show(*view_of(facts("done", result=OFFSET)), OFFSET, 0.0).announce
     assert left.startswith("Repeat. Touch 20 is left out. Offset:")
     assert "2.50" not in left
 
@@ -290,9 +294,7 @@ def test_a_session_from_its_baseline_to_its_last_touch_and_what_is_announced() -
         ("Stop", "ended"),
     ]
     shares = [
-        document["now"]["share"]
-        for _, document in played.told
-        if document["line"]["what"] == "contact"
+        document.now.share or 0.0 for _, document in played.told if document.line.what == "contact"
     ]
     assert shares[0] == 0
     assert max(shares) > 0.95
@@ -310,12 +312,10 @@ def test_a_touch_is_not_shown_on_a_list_that_comes_while_it_runs() -> None:
     played = Played(SOURCE)
     plan = played.page_state._plan
     played.play(until_s=16.0, at={4.0: lambda _: plan.plan("30 OO", 2)})
-    said = [
-        (at_s, told["line"]["text"]) for at_s, told in played.told if told["now"]["word"] == "Hold"
-    ]
+    said = [(at_s, told.line.text) for at_s, told in played.told if told.now.word == "Hold"]
     assert {text for at_s, text in said if at_s < 10} == {"Measuring."}
     assert {text for at_s, text in said if at_s > 10} == {"Measuring. 30 OO, touch 1 of 2."}
-    assert plan.rows[0]["specimen"] is None
+    assert plan.rows[0].specimen is None
 
 
 def test_tare_anyway_in_contact_is_said_until_the_next_touch() -> None:
@@ -325,11 +325,7 @@ def test_tare_anyway_in_contact_is_said_until_the_next_touch() -> None:
 
     played = Played(SOURCE)
     played.play(until_s=25.0, at={4.0: tare})
-    ready = [
-        told["line"]["text"]
-        for at_s, told in played.told
-        if at_s > 4 and told["line"]["what"] == "ready"
-    ]
+    ready = [told.line.text for at_s, told in played.told if at_s > 4 and told.line.what == "ready"]
     assert ready[0].startswith(
         "Ready, if nothing was touched at Tare anyway; else lift the probe, and press Tare."
     )
@@ -339,10 +335,8 @@ def test_tare_anyway_in_contact_is_said_until_the_next_touch() -> None:
 def test_how_far_a_touch_is() -> None:
     """A touch without a length has no share."""
     endless = Played("sim:sliding?seed=1", scene="sliding").play(until_s=8.0)
-    last = [document["now"] for _, document in endless.told if document["now"]["word"] == "Hold"][
-        -1
-    ]
-    assert (last["share"], last["sub"]) == (None, "6 s so far")
+    last = [document.now for _, document in endless.told if document.now.word == "Hold"][-1]
+    assert (last.share, last.sub) == (None, "6 s so far")
 
 
 @pytest.mark.parametrize(("source", "until_s", "what", "word", "level", "text"), [
@@ -355,8 +349,8 @@ def test_how_far_a_touch_is() -> None:
 def test_causes(source: str, until_s: float, what: str, word: str, level: str, text: str) -> None:
     played = Played(source).play(until_s)
     _, document = played.first(what)
-    assert (document["now"]["word"], document["line"]["level"]) == (word, level)
-    assert re.match(text, document["line"]["text"])
+    assert (document.now.word, document.line.level) == (word, level)
+    assert re.match(text, document.line.text)
     assert what != "wiring" or played.course[-1][1] != "wiring"
 
 
@@ -373,8 +367,8 @@ def test_contact_while_the_baseline_is_measured(
     played = Played(f"sim:held?seed=1{fault}").play()
     at_s, document = played.first("touched")
     assert at_s - (played.first("gap") if fault else played.told[0])[0] < 1.0
-    assert (document["now"]["word"], document["line"]["title"]) == ("Lift", "Lift the probe.")
-    assert f"{shown}. No baseline is taken from it." in document["line"]["text"]
+    assert (document.now.word, document.line.title) == ("Lift", "Lift the probe.")
+    assert f"{shown}. No baseline is taken from it." in document.line.text
     assert played.course[played.course.index(("Lift", "touched")) + 1] == ("Touch", "ready")
     assert [(touch.flags, round(touch.ratio, 2)) for touch in played.touches] == [((), 5.7)]
 
@@ -384,9 +378,9 @@ def test_out_of_range_until_it_is_centred_and_a_tare_in_contact() -> None:
         12, at={7.0: lambda stream: stream.centre()}
     )
     found = played.first("range")[1]
-    assert (found["now"]["word"], found["line"]["level"]) == ("Stop", "fault")
-    assert "press Centre" in found["line"]["text"]
-    assert "The range was set again: CAPDAC" in played.first("gap")[1]["line"]["text"]
+    assert (found.now.word, found.line.level) == ("Stop", "fault")
+    assert "press Centre" in found.line.text
+    assert "The range was set again: CAPDAC" in played.first("gap")[1].line.text
     tared = Played(SOURCE).play(until_s=14, at={4.0: lambda stream: stream.tare(force=True)})
     released = [step for step in tared.course if step[1] == "baseline"]
     assert released[:2] == [("Wait", "baseline"), ("Touch", "baseline")]
@@ -404,8 +398,8 @@ def test_after_a_pause_of_the_computer_a_level_that_moved_is_no_contact(
     monkeypatch.setitem(hand.SESSIONS, "paused", scenario)
     played = Played(f"sim:paused?seed=1&fault={fault}").play()
     _, document = played.first("gap")
-    assert (document["now"]["word"], document["line"]["level"]) == ("Wait", "caution")
-    assert document["line"]["text"] == f"{text} The baseline is measured again."
+    assert (document.now.word, document.line.level) == ("Wait", "caution")
+    assert document.line.text == f"{text} The baseline is measured again."
     assert not any(what == "touched" for _, what in played.course)
     assert [(touch.flags, round(touch.ratio, 1)) for touch in played.touches] == [((), 5.7)] * 2
 
@@ -423,27 +417,27 @@ def test_a_touch_is_cut_where_the_board_is_unplugged() -> None:
 
     played.play(until_s=5.0, at={4.0: unplug, 4.5: plug})
     _, gone = played.first("unplugged")
-    assert (gone["now"]["word"], gone["line"]["level"]) == ("Stop", "fault")
-    assert gone["line"]["text"] == "The board is gone. Touch 1 is cut: repeat it."
-    assert gone["announce"] == f"Stop. Unplugged. {gone['line']['text']}"
+    assert (gone.now.word, gone.line.level) == ("Stop", "fault")
+    assert gone.line.text == "The board is gone. Touch 1 is cut: repeat it."
+    assert gone.announce == f"Stop. Unplugged. {gone.line.text}"
     text = "The board was unplugged for 1.0 s. Touch 1 is cut: repeat it."
-    assert played.first("gap")[1]["line"]["text"].startswith(text)
+    assert played.first("gap")[1].line.text.startswith(text)
 
 
 def test_a_board_is_unplugged_and_comes_back(tmp_path: Path) -> None:
     bench = begun(f"{SOURCE}&idle=20&fault=unplug:1@4", tmp_path)
     gone = bench.waited("unplugged")
-    assert (gone["now"]["word"], gone["line"]["level"]) == ("Stop", "fault")
-    assert gone["line"]["text"].endswith(" The recording goes on.")
-    assert re.search(r"plug it in again\. Waiting for it: 1[12]\d s left\.", gone["line"]["text"])
-    assert {fact["value"] for fact in bench.documents["device"]()["facts"] if fact["warn"]} >= {
+    assert (gone.now.word, gone.line.level) == ("Stop", "fault")
+    assert gone.line.text.endswith(" The recording goes on.")
+    assert re.search(r"plug it in again\. Waiting for it: 1[12]\d s left\.", gone.line.text)
+    assert {fact.value for fact in bench.device.document().facts if fact.warn} >= {
         "0",
         "-",
     }
-    assert "The board was unplugged for" in bench.waited("gap")["line"]["text"]
+    assert "The board was unplugged for" in bench.waited("gap").line.text
     bench.measurement.close()
     assert "the board was unplugged for" in {
-        gap["text"][:27] for gap in bench.documents["events"]()["gaps"]
+        gap.text[:27] for gap in bench.annotations.document().gaps
     }
 
 
@@ -460,21 +454,21 @@ def test_sources_that_a_simulated_board_cannot_be(tmp_path: Path) -> None:
     benches = {what: begun(source, tmp_path / what, record=False) for what, source in made.items()}
     found = {what: bench.waited(what) for what, bench in benches.items()}
     benches["slow"].obey("understood")
-    assert benches["slow"].state()["line"]["what"] == "ready"
+    assert benches["slow"].shown().line.what == "ready"
     for bench in benches.values():
         bench.measurement.close()
-    assert found["unwired"]["now"]["word"] == "Stop"
+    assert found["unwired"].now.word == "Stop"
     assert (
         "The hard channel reads the same value all the time, 0.620 pF"
-        in found["constant"]["line"]["text"]
+        in found["constant"].line.text
     )
-    assert "of 100 pairs a second arrive" in found["slow"]["line"]["text"]
-    assert (found["baseline"]["now"]["word"], found["baseline"]["line"]["level"]) == (
+    assert "of 100 pairs a second arrive" in found["slow"].line.text
+    assert (found["baseline"].now.word, found["baseline"].line.level) == (
         "Tare",
         "fault",
     )
     assert re.match(
-        r"The soft channel is 0\.[23]\d pF below the baseline", found["baseline"]["line"]["text"]
+        r"The soft channel is 0\.[23]\d pF below the baseline", found["baseline"].line.text
     )
 
 
@@ -485,5 +479,6 @@ def test_a_source_that_falls_silent_and_a_process_that_stood_still() -> None:
     found = []
     for late_s in (2.0, 0.5, 2.0, 0.6, 0.6):
         played.at_s += late_s
-        found.append(played.page_state.document()["line"]["what"] == "silent")
+        played.page_state.look()
+        found.append(played.page_state.document().line.what == "silent")
     assert found == [False, False, True, True, True]

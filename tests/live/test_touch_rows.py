@@ -11,8 +11,9 @@ from live_bench import OWN_FILE, Bench, begun
 from live_browser import Browser
 from page_states import Canned
 from palpate.live.levels import Levels
-from palpate.live.open_page import Page
-from palpate.live.plan import Done
+from palpate.live.open_page import PageClient
+from palpate.live.plan import PlannedTouch
+from palpate.live.protocol import ShownScatter, TouchesMessage
 from recording_bench import soon
 from selenium.webdriver.common.keys import Keys
 
@@ -32,16 +33,18 @@ def told(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
     measurement, texts = bench.measurement, []
     soon(lambda: not measurement.running)
     bench.obey("plan", text="gel", wanted=99)
-    plan: Any = bench._parts["plan"]
-    page = Page(None, measurement.levels)  # type: ignore[arg-type]
+    plan: Any = bench.plan
+    page = PageClient(None, measurement.levels)  # type: ignore[arg-type]
     many = measurement.touches * (MANY // len(measurement.touches))
-    plan.progress.present = [Done(number, touch, "gel") for number, touch in enumerate(many, 1)]
+    plan.progress.present = [
+        PlannedTouch(number, touch, "gel") for number, touch in enumerate(many, 1)
+    ]
     measurement.ends = dict.fromkeys(range(1, MANY + 2), 60.0)
     for touches in (many, [*many, many[0]], [*many, many[0]]):
         measurement.touches = touches
         plan.touch(len(touches), touches[-1])
-        page.show_touches(bench.documents["touches"]())
-        assert bench.documents["touches"]() is bench.documents["touches"]()
+        page.show_touches(bench.table.document())
+        assert bench.table.document() is bench.table.document()
         texts.append(page._lacking())
     return texts
 
@@ -56,9 +59,15 @@ def test_a_new_touch_costs_one_row_and_a_change_its_own(told: list[str]) -> None
 
 def test_a_page_that_is_greeted_again_gets_all() -> None:
     socket = AsyncMock()
-    page = Page(socket, Levels())
-    page.show_touches({"rows": [{"number": 1}]})
-    page.tell("hello", '{"rows": "hello"}')
+    page = PageClient(socket, Levels())
+    scatter = ShownScatter(0.03, "assumed")
+    row: Any = {"number": 1}
+    page.show_touches(
+        TouchesMessage(
+            rows=[row], scatter=scatter, means={}, most_reliable=None, together=None, count=1
+        )
+    )
+    page.send_message("hello", '{"rows": "hello"}')
 
     async def send() -> None:
         for _ in range(3):

@@ -132,7 +132,8 @@ def test_stamps_that_go_back_or_are_of_another_clock(sender: Sender) -> None:
     """One is refused and counted; many in a row end the measurement."""
     with palpate.open(f"lsl:{sender.name}") as source:
         sender.wait()
-        begin_s, samples = pylsl.local_clock(), SampleReader(source)
+        begin_s = pylsl.local_clock()
+        samples = SampleReader(source)
         for i in (0, 1, 2, -50, 1.99, 3):
             sender.send(i, 1.0, at_s=begin_s + i * 0.01)
         found = list(islice(samples, 5))

@@ -115,7 +115,8 @@ class Lab(Scripted):
 
 def sent_from(stream: Stream, outlets: Outlets) -> tuple[list[Any], list[Any]]:
     """Send a whole measurement; return its samples, and the rows of its tracker."""
-    samples, rows = [], []
+    samples = []
+    rows = []
     with stream:
         for batch in stream.batches():
             samples += batch.samples.tolist()
@@ -135,7 +136,8 @@ def test_each_sample_is_sent_once_with_its_stamp_and_each_mark_at_its_sample(nam
         outlets.batch(
             Batch(nothing, feed(stream.tracker, nothing), [], 5, [(1, stream.touches[0])])
         )
-    samples, estimates = found[""], found["-estimates"]
+    samples = found[""]
+    estimates = found["-estimates"]
     assert len(sent) == len(source.script) - 1
     # A double has 2**-30 s at a time of 10**7 s since the start of the computer.
     assert samples.stamps == pytest.approx(

@@ -47,8 +47,11 @@ def test_the_estimate_and_its_interval_hold_in_unbalanced_designs() -> None:
     approximation.
     """
     random = np.random.default_rng(1)
-    sizes, count = (2, 6, 3, 4, 4, 5, 2, 4), draws(2000)
-    held, within, between = 0, [], []
+    sizes = (2, 6, 3, 4, 4, 5, 2, 4)
+    count = draws(2000)
+    held = 0
+    within = []
+    between = []
     for _ in range(count):
         groups = [random.normal(random.normal(0, 2), 1, size).tolist() for size in sizes]
         found = one_way_anova(groups)

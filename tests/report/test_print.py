@@ -20,10 +20,8 @@ LONG = "of a name that is very long and has_no_place_to_break_at_all" * 2
 @pytest.fixture(scope="module")
 def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Write a report with everything in it, and a name that is too long."""
-    folder, path = (
-        made_once(tmp_path_factory, "report", recorded),
-        tmp_path_factory.mktemp("print") / "r.html",
-    )
+    folder = made_once(tmp_path_factory, "report", recorded)
+    path = tmp_path_factory.mktemp("print") / "r.html"
     files = [*specimens(folder), with_session(path.with_name("odd.csv"), odd=f" {LONG[:60]}")]
     moduli = folder / "ten" / "moduli.csv"
     options = report.ReportOptions(folder / "probe.toml", moduli, title=f"gel {LONG}")

@@ -42,7 +42,8 @@ class Page:
         for part in page.select("body > *"):
             if part.name == "h2":
                 section = part.text
-                self.text[section], self.rows[section] = "", []
+                self.text[section] = ""
+                self.rows[section] = []
             self.text[section] += part.get_text(" ")
             self.rows[section] += [[cell.text for cell in row(["td", "th"])] for row in part("tr")]
             self.rows[section] += [
@@ -286,7 +287,8 @@ def test_unit_shore_zone_and_heads(folder: Path, tmp_path: Path) -> None:
     more = ["--unit", "kPa", "--shore", "--probe", "P3", "--site", "Lab 2"]
     for words, name in (([], "a.html"), (more, "b.html")):
         assert run("report", *given, *words, "-o", tmp_path / name).exit_code == 0
-    mega, kilo = Page(tmp_path / "a.html"), Page(tmp_path / "b.html")
+    mega = Page(tmp_path / "a.html")
+    kilo = Page(tmp_path / "b.html")
     assert "2025-11-21 16:02:11 UTC+02:00" in mega.rows["Recordings"][1]
     value = float(mega.row("Results", "gel")[1])
     row = kilo.row("Results", "gel")
@@ -345,7 +347,8 @@ def test_a_name_that_the_template_lacks() -> None:
 
 
 def test_exit_codes(folder: Path, tmp_path: Path) -> None:
-    one, out = specimens(folder)[0], tmp_path / "r.html"
+    one = specimens(folder)[0]
+    out = tmp_path / "r.html"
     cases: list[tuple[list[str | Path], int, str]] = [
         ([one, one], 2, "got one twice"),
         ([one, "--calibration", one], 4, "not a calibration"),

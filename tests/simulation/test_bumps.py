@@ -9,7 +9,9 @@ from numeric import QUIET, STEP_PF, changes, held, quiet
 from palpate.simulation import Bumps, Gauge, Press, Simulation, Substrate
 from palpate.simulation.hand import Hand
 
-RATIO, DEPTH_PF, RIGID = 2.5, 0.25, 10.0
+RATIO = 2.5
+DEPTH_PF = 0.25
+RIGID = 10.0
 STIFFNESS = 0.3 * (1 - 1 / RATIO) / (1 - 1 / RIGID)
 """Of the soft bump and the object in series, pF/mm, by eq. (2)."""
 
@@ -24,7 +26,8 @@ def tilted(
 @pytest.mark.parametrize("along", [0.5, 2.0, -0.5])
 def test_flat_bumps_have_the_same_force_and_an_offset(along: float) -> None:
     """F1 + F2 is the hand's, and F1 = r F2 + r K g, g = 3 mm tan(angle); the truth is the ratio of level bumps."""
-    run, level = tilted(along), tilted(0.0)
+    run = tilted(along)
+    level = tilted(0.0)
     (hard, soft), (first, second) = changes(run), changes(level)
     normal = math.cos(math.radians(along))
     assert hard + soft == pytest.approx(normal * (first + second), abs=4 * STEP_PF)
@@ -64,7 +67,8 @@ def test_a_split_soft_bump_adds_the_forces_of_its_halves(
     split = Substrate(
         layout="soft-hard-soft", exponent=exponent, misplaced=misplaced, unequal=unequal
     )
-    level, gap = np.linspace(0, DEPTH_PF, 200), 3.0 * math.tan(math.radians(2))
+    level = np.linspace(0, DEPTH_PF, 200)
+    gap = 3.0 * math.tan(math.radians(2))
     first, soft = (split.pressed(level, RATIO, 2.0, hard=hard) for hard in (True, False))
     assert RATIO * first + soft == pytest.approx((1 + RATIO) * level, abs=1e-9)
     touches = first > 0
@@ -167,12 +171,16 @@ def test_a_gauge_is_right_at_its_reference(
 
 def test_creep_is_the_step_response_of_a_standard_linear_solid() -> None:
     """After a step at t0: 1 + share (1 - exp(-(t - t0) / tau)); after the release the same backwards."""
-    share, tau = 0.05, 2.0
+    share = 0.05
+    tau = 2.0
     press = Press(2.0, [(0.0, RATIO)], rise_s=0.01, hold_s=6.0, fall_s=0.01)
     run = quiet(presses=[press], duration_s=14.0, gauges=(Gauge(), Gauge(creep=share, creep_s=tau)))
-    begun, ended = 2.005, 8.015  # middles of rise and fall
+    # middles of rise and fall
+    begun = 2.005
+    ended = 8.015
     t, (hard, soft) = run.t_soft_s, changes(run)
-    pressed, after = held(run), run.t_hard_s > 8.1
+    pressed = held(run)
+    after = run.t_hard_s > 8.1
     grown = share * (1 - np.exp(-(t - begun) / tau))
     # The rise of 10 ms shifts the begin by less than (10 ms / tau)^2 of the share: 3e-7 pF.
     assert soft[pressed] == pytest.approx(DEPTH_PF * (1 + grown[pressed]), abs=4 * STEP_PF)
@@ -183,7 +191,8 @@ def test_creep_is_the_step_response_of_a_standard_linear_solid() -> None:
 
 def test_a_lag_is_an_exponential_approach() -> None:
     """A conversion of length T averages the exponential: exp(-t / tau) sinh(T / 2 tau) / (T / 2 tau)."""
-    tau, span = 0.1, QUIET.converter.span_s
+    tau = 0.1
+    span = QUIET.converter.span_s
     press = Press(2.0, [(0.0, RATIO)], rise_s=0.01, hold_s=6.0, fall_s=0.01)
     run = quiet(presses=[press], gauges=(Gauge(lag_s=tau), Gauge()))
     average = math.sinh(span / 2 / tau) / (span / 2 / tau)

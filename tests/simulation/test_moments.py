@@ -59,9 +59,11 @@ def test_noise_has_its_variance_and_is_white(
     seed: int, noise: float, hard: float, soft: float
 ) -> None:
     """Of another converter, pF; or of the AD7746 at a CAPF, by the data sheet."""
-    converter, levels = ConverterModel(noise_pF=noise), (BaselineModel(hard), BaselineModel(soft))
+    converter = ConverterModel(noise_pF=noise)
+    levels = (BaselineModel(hard), BaselineModel(soft))
     if isinstance(noise, int):
-        converter, noise = ConverterModel(capf=noise), NOISE_PF[noise]
+        converter = ConverterModel(capf=noise)
+        noise = NOISE_PF[noise]
     run = simulate(
         Scenario(
             duration_s=MANY * converter.period_s, tremor=0.0, baselines=levels, converter=converter
@@ -84,7 +86,9 @@ def test_noise_has_its_variance_and_is_white(
 )
 def test_a_tremor_has_an_rms_of_one_between_3_and_12_hz(seed: int, spectrum: Peaks | Lines) -> None:
     """Sines near each other beat: in 200 s the mean square is known to 10 %, of 40 hands to 1.6 %; 5 of it."""
-    step_s, random, squares = 0.02, np.random.default_rng(seed), []
+    step_s = 0.02
+    random = np.random.default_rng(seed)
+    squares = []
     t = np.arange(0, 200, step_s)
     for _ in range(40):
         values = spectrum.course(random)(t)
@@ -101,10 +105,8 @@ def test_the_force_trembles_by_its_share(
 ) -> None:
     """Both channels alike: it is the force, not the readings. The mean square of 8 hands is known to 3.5 % or less."""
     press = Press(0.0, [(0.0, ratio)], depth_pF=depth, hold_s=200.0)
-    scenario, squares = (
-        Scenario(presses=[press], duration_s=195.0, tremor=tremor, converter=FAST),
-        [],
-    )
+    scenario = Scenario(presses=[press], duration_s=195.0, tremor=tremor, converter=FAST)
+    squares = []
     for hand in range(8):
         run = simulate(scenario, seed + hand)
         hard, soft = (change[held(run)] for change in changes(run))
@@ -163,10 +165,8 @@ def test_conversions_are_lost_at_their_rate(seed: int, lost: float) -> None:
 def test_spikes_have_their_rate_size_and_both_signs(seed: int, rate: float, size: float) -> None:
     """Poisson: 5 standard deviations of 2,800 spikes are 9.4 %."""
     plain = Scenario(duration_s=350.0, tremor=0.0, converter=ConverterModel(noise_pF=0.0))
-    run, calm = (
-        simulate(replace(plain, faults=Faults(spikes_per_s=rate, spike_pF=size)), seed),
-        simulate(plain, seed),
-    )
+    run = simulate(replace(plain, faults=Faults(spikes_per_s=rate, spike_pF=size)), seed)
+    calm = simulate(plain, seed)
     spikes = np.concatenate([run.hard - calm.hard, run.soft - calm.soft])
     hits = spikes[spikes != 0]
     assert hits.size == pytest.approx(
@@ -182,7 +182,8 @@ def test_bursts_take_their_share_of_the_time(
     seed: int, rate: float, length: float, factor: float
 ) -> None:
     """A time is outside if no burst begins in the span before it: exp(-rate length), of 30,000 spans."""
-    duration_s, random = 3000.0, np.random.default_rng(seed)
+    duration_s = 3000.0
+    random = np.random.default_rng(seed)
     noise = Faults(bursts_per_s=rate, burst_s=length, burst_factor=factor).burst_noise(
         duration_s, random
     )
@@ -262,7 +263,9 @@ def test_lines_and_sway_have_their_bands() -> None:
 
 
 def test_a_line_has_its_width() -> None:
-    t, second, middle = np.arange(0, 100, 0.02), [], 7.0
+    t = np.arange(0, 100, 0.02)
+    second = []
+    middle = 7.0
     for seed in range(60):
         values = Lines((middle,), width_Hz=0.4, sway=0.0).course(np.random.default_rng(seed))(t)
         frequency, power = powers(values, 0.02)

@@ -31,7 +31,9 @@ from project import ROOT
 
 def test_the_same_seed_gives_the_same_recording() -> None:
     for name in scenarios.SCENARIOS:
-        first, again, other = scenarios.run(name, 4), scenarios.run(name, 4), scenarios.run(name, 5)
+        first = scenarios.run(name, 4)
+        again = scenarios.run(name, 4)
+        other = scenarios.run(name, 5)
         assert np.array_equal(first.hard_raw, again.hard_raw)
         assert not np.array_equal(first.hard_raw, other.hard_raw)
 
@@ -125,7 +127,8 @@ def test_a_jump_is_in_its_conversion_in_part() -> None:
 
 def test_a_thermal_change_begins_at_contact() -> None:
     warm = (replace(QUIET.baselines[0], thermal_pF=1e-2, thermal_s=3.0), QUIET.baselines[1])
-    run, cold = quiet(baselines=warm), quiet()
+    run = quiet(baselines=warm)
+    cold = quiet()
     since = np.maximum(run.t_hard_s - 2.0, 0)
     assert run.hard - cold.hard == pytest.approx(1e-2 * (1 - np.exp(-since / 3.0)), abs=2 * STEP_PF)
     assert (run.soft == cold.soft).all()
@@ -144,7 +147,8 @@ def test_the_steps_of_another_converter() -> None:
 
 def test_host_stamps_are_wrong_and_the_readings_are_not() -> None:
     base = replace(IDLE, presses=QUIET.presses, converter=ConverterModel(jitter_s=0.0))
-    true, run = simulate(base), simulate(replace(base, stamps=Stamps(host_s=0.003)))
+    true = simulate(base)
+    run = simulate(replace(base, stamps=Stamps(host_s=0.003)))
     assert np.diff(true.t_hard_s) == pytest.approx(0.026)
     assert true.t_soft_s - true.t_hard_s == pytest.approx(0.013)
     for name in ("t_hard_s", "t_soft_s"):
@@ -201,7 +205,8 @@ def test_an_effect_changes_no_other_random_number() -> None:
     assert len(same) > 20
     for name, scenario in same.items():
         plain = Scenario(presses=[Press(2.0, [(0.0, 2.0)])], duration_s=scenario.duration_s)
-        run, other = simulate(scenario, 6), simulate(plain, 6)
+        run = simulate(scenario, 6)
+        other = simulate(plain, 6)
         idle = (other.t_hard_s < 1.5) & (run.hard_raw >= 0)
         assert np.array_equal(run.hard_raw[idle], other.hard_raw[idle]), name
 
@@ -215,9 +220,11 @@ def on_board(name: str, seed: int = 1) -> Block:
     "name", ["not-level", "power-gauge", "creep", "lag", "cross-talk", "thermal", "relaxing"]
 )
 def test_the_board_has_the_effect(name: str) -> None:
-    run, block = simulate(SCENARIOS[name], 1), on_board(name)
+    run = simulate(SCENARIOS[name], 1)
+    block = on_board(name)
     t = block["t_hard_ns"] / 1e9
-    idle, pressed = t < 1.5, (t > 7.0) & (t < 8.5)
+    idle = t < 1.5
+    pressed = (t > 7.0) & (t < 8.5)
     hard, soft = (
         block[channel][pressed].mean() - block[channel][idle].mean() for channel in ("hard", "soft")
     )

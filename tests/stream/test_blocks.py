@@ -59,7 +59,8 @@ def result(source: Scripted, path: Path, messages: list[str], **how: Any) -> tup
     rows = np.concatenate([batch.rows for batch in batches]).tobytes()
     ended = [(batch.first + k, touch) for batch in batches for k, touch in enumerate(batch.touches)]
     ended += [revised for batch in batches for revised in batch.revised]
-    said, marks = (sorted(messages), stream.out_of_range), (load(path) or {}).get("marks", [])
+    said = (sorted(messages), stream.out_of_range)
+    marks = (load(path) or {}).get("marks", [])
     return rows, stream.touches, ended, stream.counters, said, path.read_bytes(), marks
 
 
@@ -67,7 +68,8 @@ def result(source: Scripted, path: Path, messages: list[str], **how: Any) -> tup
 def test_any_split_gives_the_same(
     live: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, tally: Tally
 ) -> None:
-    dice, said = random_of(f"splits {live}"), 0
+    dice = random_of(f"splits {live}")
+    said = 0
     for number in range(draws(10, 200, at_least=3)):
         block, gaps = session(dice)
         described: dict[str, Any] = {
@@ -92,7 +94,8 @@ def test_any_split_gives_the_same(
 @pytest.mark.parametrize("capacity", [2, 16])
 def test_no_wake_up_is_missed(capacity: int) -> None:
     """Two threads hand over each sample: a missed wake-up would hang until the limit of the wait, 60 s."""
-    queue, count = SampleQueue(capacity), 20_000 if NIGHTLY else 2000
+    queue = SampleQueue(capacity)
+    count = 20_000 if NIGHTLY else 2000
     taken: list[int] = []
 
     def take() -> None:
@@ -106,7 +109,8 @@ def test_no_wake_up_is_missed(capacity: int) -> None:
             else:
                 queue.wait_for_samples(60)
 
-    consumer, begun = threading.Thread(target=take), time.monotonic()
+    consumer = threading.Thread(target=take)
+    begun = time.monotonic()
     consumer.start()
     for number in range(count):
         while queue.room <= 0:

@@ -77,7 +77,8 @@ def test_with_all_that_was_measured_a_replay_is_the_measurement(at: int, tmp_pat
     path = tmp_path / "run-1.csv"
     assert [mark["text"] for mark in document(path)["marks"]] == ["tare", "unplugged"]
     assert palpate.touches(recorded(path)) == stream.touches
-    found, counters = check(path), document(path)["end"]["counters"]
+    found = check(path)
+    counters = document(path)["end"]["counters"]
     assert (found.clean, found.faults) == (True, ())
     assert (
         counters["read"]
@@ -151,7 +152,8 @@ def test_earlier_needs_samples_that_are_kept(tmp_path: Path) -> None:
 
 def test_a_measurement_may_outlive_its_recording(tmp_path: Path) -> None:
     """The file is removed while it is written: the stream goes on, and the next recording has all that is kept."""
-    path, source = tmp_path / "run.csv", Paced(touched())
+    path = tmp_path / "run.csv"
+    source = Paced(touched())
     with Stream(source, keep=KEEP, outlives_recording=True) as stream:
         recorder = stream.start_recording(path, earlier=True)
         source.go.release(200)

@@ -46,13 +46,15 @@ def replug(shift_pF: float, at_s: float, seed: int = 1) -> Any:
 @pytest.mark.parametrize("shift_pF", [0.002, 0.02, -0.02])
 def test_an_idle_shift_across_a_replug_is_no_touch(shift_pF: float, tmp_path: Path) -> None:
     """Without the gap it was one: 250 samples, and the next press ran on in it."""
-    path, messages = tmp_path / "run.csv", list[str]()
+    path = tmp_path / "run.csv"
+    messages = list[str]()
     stream = measured(replug(shift_pF, 9.3), record=path, notify=messages.append)
     assert [round(touch.start_s) for touch in stream.touches] == [2, 11, 20, 29]
     assert all("gap" not in touch.flags for touch in stream.touches)  # confirmed by the release
     assert any("the baseline is measured again: touch nothing" in message for message in messages)
     [mark] = (load(path) or {})["marks"]
-    text, at_s = "the board was unplugged for 1.0 s", pytest.approx(9.3, abs=0.1)
+    text = "the board was unplugged for 1.0 s"
+    at_s = pytest.approx(9.3, abs=0.1)
     assert mark == {"seq": mark["seq"], "t_s": at_s, "tare": True, "gap": True, "text": text}
     recording = recorded(path)
     assert recording.gap_marks == [(mark["seq"], text)]
@@ -94,7 +96,8 @@ def test_a_loop_of_ones_own_that_passes_the_gaps_gives_the_touches_of_a_stream()
 @pytest.mark.parametrize("scene", ["handheld", "sliding", "paper", "fixed"])
 @pytest.mark.parametrize("at", [300, 301, 555])
 def test_the_gap_is_exactly_before_its_sample(scene: Any, at: int, tmp_path: Path) -> None:
-    path, block = tmp_path / "run.csv", block_of(shifted(at))
+    path = tmp_path / "run.csv"
+    block = block_of(shifted(at))
     source = Scripted(with_gaps(shifted(at), {at: "moved"}))
     source.live = True  # so that it comes in large batches
     stream = measured(source, record=path, scene=scene)
@@ -123,7 +126,8 @@ def test_a_mark_is_in_the_sidecar_before_the_rows_after_it(
 ) -> None:
     from palpate.recording.writer import Writer
 
-    path, seen = tmp_path / "run.csv", list[tuple[int, int]]()
+    path = tmp_path / "run.csv"
+    seen = list[tuple[int, int]]()
     append = Writer.write
 
     def noticed(self: Writer, block: Any) -> bool:

@@ -68,7 +68,8 @@ def test_a_false_description_is_an_error_before_the_first_sample(
     given: Any, tmp_path: Path
 ) -> None:
     """Also one that is false when the source has begun."""
-    at_once, later = Liar(good(3), lies={"describe": given}), Liar(good(3))
+    at_once = Liar(good(3), lies={"describe": given})
+    later = Liar(good(3))
     with pytest.raises(ProtocolError, match=r"^source: describe\(\)"):
         Stream(at_once, record=tmp_path / "run.csv")
     stream = Stream(later, record=tmp_path / "run.csv")
@@ -81,14 +82,17 @@ def test_a_false_description_is_an_error_before_the_first_sample(
 def test_an_interrupt_without_effect_leaves_its_thread_and_takes_no_later_sample(
     tmp_path: Path,
 ) -> None:
-    path, hangs, release = tmp_path / "run.csv", threading.Event(), threading.Event()
+    path = tmp_path / "run.csv"
+    hangs = threading.Event()
+    release = threading.Event()
     source = Liar([*good(2), hangs.set, release.wait, *good(2, 2)], live=True)
     with (
         pytest.raises(SourceTimeout, match=r"did not stop within 0.5 s"),
         Stream(source, record=path) as stream,
     ):
         assert all((next(iter(stream)), hangs.wait(60)))
-    before, found = stream.counters, check(path)
+    before = stream.counters
+    found = check(path)
     assert any(
         "the source ended with an error: the source did not stop" in text for text in found.findings
     )

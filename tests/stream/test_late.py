@@ -17,11 +17,9 @@ class Thinned(SampleSource):
     live = False
 
     def __init__(self, keeps: int, held_s: float) -> None:
-        self._board, self._keeps, self._held_s = (
-            palpate.open("sim:four-specimens?seed=1"),
-            keeps,
-            held_s,
-        )
+        self._board = palpate.open("sim:four-specimens?seed=1")
+        self._keeps = keeps
+        self._held_s = held_s
 
     def samples(self) -> Iterator[Sample]:
         """Yield the pairs."""

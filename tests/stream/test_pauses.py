@@ -76,14 +76,17 @@ def test_a_clock_that_ntp_slews_was_not_set() -> None:
 
 
 def test_the_clocks_of_this_computer() -> None:
-    before, after = read_clocks(), read_clocks()
+    before = read_clocks()
+    after = read_clocks()
     assert all(b <= a for b, a in zip(before[:2], after[:2], strict=True))
     assert on_monotonic(before.fine_ns) == pytest.approx(before.awake_ns, abs=10**9)
     assert before.utc_ns > 1_700_000_000 * 10**9
 
 
-SLEPT, STOOD = Pause(slept_s=3600.0), Pause(stood_s=30.0)
-IN_TIME, AT_ONCE = Pause(since_s=PERIOD_S), Pause(since_s=1e-4)
+SLEPT = Pause(slept_s=3600.0)
+STOOD = Pause(stood_s=30.0)
+IN_TIME = Pause(since_s=PERIOD_S)
+AT_ONCE = Pause(since_s=1e-4)
 
 
 @pytest.mark.parametrize(
@@ -155,7 +158,8 @@ def test_terminal_replay_check_and_report_say_the_cause(fault: str, tmp_path: Pa
 
 
 def test_a_wall_clock_that_is_set_back_is_a_mark_and_no_gap(tmp_path: Path) -> None:
-    path, messages = tmp_path / "run.csv", list[str]()
+    path = tmp_path / "run.csv"
+    messages = list[str]()
     uri = "sim:four-specimens?seed=1"
     stream = measured(f"{uri}&fault=clock-set:-60@4", record=path, notify=messages.append)
     text = "the wall clock was set by -60.0 s: that changes no sample, and no time of a sample"

@@ -25,7 +25,10 @@ from palpate.sources.board import BoardSource, ConverterOptions
 from recording_bench import measured
 
 IDLE_PF = (6.92, 4.69)
-RISE_S, HOLD_S, TOUCH_S = 0.3, 2.2, 1.5  # times of a press, and the length of a touch in it
+# times of a press, and the length of a touch in it
+RISE_S = 0.3
+HOLD_S = 2.2
+TOUCH_S = 1.5
 _SHIFTS_PF = (0.0, 0.002, -0.002, 0.02, -0.02, 0.3, -0.3, 3.0, -3.0)
 
 
@@ -166,10 +169,12 @@ def test_a_touch_after_a_gap_is_right_or_has_a_flag(
     worker: int, tmp_path: Path, tally: Tally
 ) -> None:
     for number in range(worker, COUNT, WORKERS):
-        play, path = Play(SEED + number), tmp_path / f"{number}.csv"
+        play = Play(SEED + number)
+        path = tmp_path / f"{number}.csv"
         stream = measured(play, record=path, seconds=TOUCH_S)
         assert play.now_s < play.end_s + 60, f"schedule {number}: it hangs"
-        counters, driver = stream.counters, play.driver.counters
+        counters = stream.counters
+        driver = play.driver.counters
         assert counters.read == counters.delivered == counters.recorded
         last = stream._pipeline.last
         assert last is not None

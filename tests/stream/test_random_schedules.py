@@ -46,7 +46,8 @@ class Play:
     """One schedule: a script for the source, and buttons that a second thread presses meanwhile."""
 
     def __init__(self, seed: int, folder: Path) -> None:
-        self.dice, self.folder = random.Random(seed), folder
+        self.dice = random.Random(seed)
+        self.folder = folder
         self.good, self.files, self.unforeseen = 0, 0, list[BaseException]()
         self.live = self.dice.random() < 0.5
         step = self.dice.choice(["enter", "interrupt", "close"])
@@ -109,7 +110,8 @@ class Play:
 
     def run(self) -> tuple[StreamCounters, int]:
         """Measure until the end; return the counters and how many samples the consumer got."""
-        seen, most = 0, 10**9 if self.undisturbed else self.dice.choice([0, 1, 50, 10**9, 10**9])
+        seen = 0
+        most = 10**9 if self.undisturbed else self.dice.choice([0, 1, 50, 10**9, 10**9])
         record = self.file() if self.dice.random() < 0.5 else None
         stream = Stream(self.source, record=record, capacity=self.dice.choice([2, 64, 4096]))
         presser = threading.Thread(target=self.press, args=[stream])
@@ -133,7 +135,8 @@ class Play:
 
 def assert_files_are_whole(folder: Path) -> None:
     for path in folder.glob("*.csv"):
-        report, end = check(path), (load(path) or {})["end"]
+        report = check(path)
+        end = (load(path) or {})["end"]
         counters = end["counters"]
         assert end["clean"]
         assert end["rows"] == report.survey.rows == counters["recorded"]

@@ -18,7 +18,8 @@ from recording_bench import Liar, Scripted, four, measured, sample, with_gaps
 
 def settled(stream: Stream, path: Path, what: str, tally: Tally) -> StreamCounters:
     """See that every sample is accounted for, in the counters and in the file; note it."""
-    counters, report = stream.counters, check(path)
+    counters = stream.counters
+    report = check(path)
     assert counters.waiting == 0
     assert (
         counters.read
@@ -72,7 +73,8 @@ def test_a_consumer_that_is_too_slow_loses_estimates_but_no_rows(
     tmp_path: Path, capacity: int, slower: int, tally: Tally
 ) -> None:
     """So many samples come for each one that is taken: the rest is counted as dropped, and is in the file."""
-    path, permits = tmp_path / "run.csv", threading.Semaphore(slower)
+    path = tmp_path / "run.csv"
+    permits = threading.Semaphore(slower)
     source = Scripted([sample(i) for i in range(2308)], live=True, period_s=0.026)
     source.before = lambda _: permits.acquire()
     taken = 0
@@ -90,7 +92,9 @@ def test_a_source_faster_than_the_disk(
     """A disk that hangs while three times what may wait for it comes: what has no room is counted, and said."""
     from palpate.recording import writer
 
-    path, begin, hangs = tmp_path / "run.csv", threading.Event(), threading.Event()
+    path = tmp_path / "run.csv"
+    begin = threading.Event()
+    hangs = threading.Event()
     write = writer.write
     source = Scripted([sample(i) for i in range(3 * CAPACITY)], live=True)
     source.before = lambda _: begin.wait()
@@ -116,7 +120,9 @@ def test_a_source_faster_than_the_disk(
 def test_what_the_source_raises_comes_after_its_last_sample(
     tmp_path: Path, count: int, error: BaseException | None, tally: Tally
 ) -> None:
-    path, seen, caught = tmp_path / "run.csv", list[Any](), None
+    path = tmp_path / "run.csv"
+    seen = list[Any]()
+    caught = None
     script = [*(sample(i) for i in range(count)), *filter(None, [error])]
     stream = Stream(Liar(script, live=True), record=path)
     try:
@@ -151,7 +157,8 @@ def test_a_recording_is_closed_after_what_is_being_written_beside_it(
     path = tmp_path / "run.csv"
     method = "mark_later" if name == "tare" else name
     with Stream("sim:four-specimens?seed=1&speed=10", record=path) as stream:
-        closing, written = threading.Thread(target=stream.stop_recording), getattr(Recorder, method)
+        closing = threading.Thread(target=stream.stop_recording)
+        written = getattr(Recorder, method)
 
         def slow(recorder: Recorder, *given: Any, **more: Any) -> Any:
             closing.start()
@@ -232,7 +239,8 @@ def test_one_recording_at_a_time(tmp_path: Path) -> None:
 
 def log_of(stream: Stream) -> list[tuple[Any, ...]]:
     """Return the list of all events of a stream, with what came with them."""
-    events, listener = list[tuple[Any, ...]](), Listener()
+    events = list[tuple[Any, ...]]()
+    listener = Listener()
     for name in ("begun", "gap", "batch", "touch", "message", "ended"):
         setattr(listener, name, partial(lambda *event: events.append(event), name))
     stream.listen(listener)

@@ -88,7 +88,8 @@ def test_saturated_samples_that_a_tracker_would_not_see_are_refused() -> None:
 
 
 def test_a_replay_tares_where_the_measurement_did(tmp_path: Path) -> None:
-    path, ended = tmp_path / "run.csv", list[palpate.Touch]()
+    path = tmp_path / "run.csv"
+    ended = list[palpate.Touch]()
     with palpate.Stream("sim:four-specimens?seed=3", record=path) as stream:
         for k, estimate in enumerate(stream):
             if k in (143, 460):
@@ -110,7 +111,8 @@ def test_a_replay_tares_where_the_measurement_did(tmp_path: Path) -> None:
 
 def test_a_baseline_measured_in_contact_is_told_once_and_counted(tmp_path: Path) -> None:
     """Begins pressed: the channels fall at the release, and the touch after it is right."""
-    path, messages = tmp_path / "run.csv", list[str]()
+    path = tmp_path / "run.csv"
+    messages = list[str]()
     run = scenarios.run("four-specimens", seed=1)
     pressed = [row for row in samples_of(run.block()) if row.t_hard_ns > 4e9]
     stream = measured(Scripted(list(pressed)), record=path, notify=messages.append)
@@ -123,7 +125,8 @@ def test_a_baseline_measured_in_contact_is_told_once_and_counted(tmp_path: Path)
 def test_a_reading_of_one_channel_alone_reaches_the_tracker_live_and_in_a_replay(
     tmp_path: Path,
 ) -> None:
-    run, path = scenarios.run("lost-10", seed=2), tmp_path / "run.csv"
+    run = scenarios.run("lost-10", seed=2)
+    path = tmp_path / "run.csv"
     block = run.block()
     alone = np.isfinite(block["hard"]) != np.isfinite(block["soft"])
     assert (alone.sum() > 50, set(block["status"][alone])) == (True, {Status.LOST})
@@ -137,7 +140,8 @@ def test_a_reading_of_one_channel_alone_reaches_the_tracker_live_and_in_a_replay
     )
     masked = block.copy()
     for name in ("hard", "soft"):
-        masked[name][alone], masked[f"{name}_raw"][alone] = np.nan, -1
+        masked[name][alone] = np.nan
+        masked[f"{name}_raw"][alone] = -1
     without = measured(Scripted(list(samples_of(masked)), full_scale_pF=run.full_scale_pF))
     assert bits(without.touches) != bits(stream.touches)
 

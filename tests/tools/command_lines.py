@@ -95,5 +95,6 @@ def _command(words: list[str]) -> tuple[click.Command, list[str], str]:
         if inner is None:
             return command, words, ""
         names.append(words[0])
-        command, words = inner, words[1:]
+        command = inner
+        words = words[1:]
     return command, words, " ".join(names)

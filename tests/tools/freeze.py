@@ -24,7 +24,7 @@ from bs4 import BeautifulSoup
 from command_lines import commands, run
 from foreign_files import CASES, ending
 from live_server import Live
-from palpate.live.feed import HEADER, Kind
+from palpate.live.feed import HEADER, FrameKind
 from palpate.simulation.scenarios import SCENARIOS
 from palpate.simulation.scenarios import run as run_scenario
 from project import FOUR, ROOT
@@ -319,7 +319,7 @@ async def _messages(
             message = await asyncio.wait_for(socket.recv(), 60)
             if isinstance(message, bytes):
                 _, number, rows, kind = HEADER.unpack_from(message)
-                if kind == Kind.VIEW:
+                if kind == FrameKind.VIEW:
                     last[f"view{number}"] = {
                         "rows": rows,
                         "crc32": zlib.crc32(message[HEADER.size :]),

@@ -180,7 +180,9 @@ def uri(data: bytes) -> None:
             palpate.open("usb:?" + text, backend=SimulatedUsb(VirtualClock())).close()
 
 
-HOST, PORT, TOKEN = "127.0.0.1", 8746, new_token()
+HOST = "127.0.0.1"
+PORT = 8746
+TOKEN = new_token()
 
 
 def request(data: bytes) -> None:

@@ -7,7 +7,9 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 NOISE = 4e-5  # pF
-HARD, SOFT = 9.0, 8.0  # levels without contact, pF
+# levels without contact, pF
+HARD = 9.0
+SOFT = 8.0
 
 
 @dataclass(frozen=True)

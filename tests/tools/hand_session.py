@@ -59,7 +59,8 @@ class Session:
         self.soft = 7.1 + self._depth(self.t_soft, waves) + noises[1]
 
     def _presses(self) -> list[Press]:
-        found, begin_s = [], self.rest_s
+        found = []
+        begin_s = self.rest_s
         while begin_s < self.seconds - 5.5:
             hold_s, rise_s, fall_s, share = self._random.uniform(
                 [2, 0.15, 0.15, 0.8], [3, 0.4, 0.4, 1.25]
@@ -81,7 +82,8 @@ class Session:
 
     def add(self, hard: Array, soft: Array) -> "Session":
         """Add values to the readings, pF."""
-        self.hard, self.soft = self.hard + hard, self.soft + soft
+        self.hard = self.hard + hard
+        self.soft = self.soft + soft
         return self
 
     def breathe(self, size_pF: float) -> "Session":

@@ -26,15 +26,15 @@ class Kernel:
     ) -> None:  # fmt: skip
         # pF at CIN1 and CIN2; ticks a second, at which a sleep ends; a step of this chip's CAPDAC; excitation pins of the
         # device tree; whether the offsets may be written.
-        self.folder, self.picofarads, self.step_pF, self.pins, self.root = (
-            folder,
-            picofarads,
-            step_pF,
-            pins,
-            root,
-        )
-        self.tick_ns, self.now_ns = 10**9 // hz, 10**12 + 123_456
-        self.capdac, self.capf = [0, 0], 0
+        self.folder = folder
+        self.picofarads = picofarads
+        self.step_pF = step_pF
+        self.pins = pins
+        self.root = root
+        self.tick_ns = 10**9 // hz
+        self.now_ns = 10**12 + 123_456
+        self.capdac = [0, 0]
+        self.capf = 0
         self.random = random.Random(1)
         self.conversions: list[tuple[int, int, int]] = []  # channel, middle, code
         self.scale = "0.000000488"

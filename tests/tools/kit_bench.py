@@ -122,7 +122,8 @@ class Bench(ExitStack):
 
     def open(self, configuration: Configuration | None = None, **where: int) -> Ad7746:
         """Open and configure the driver."""
-        kit, clock = self.open_kit(**where), self.carrier.clock
+        kit = self.open_kit(**where)
+        clock = self.carrier.clock
         # the servers of real carriers may be late
         limit_ns = 10**9 if self.carrier.real else LIMIT_NS
         options: dict[str, Any] = {
@@ -187,7 +188,8 @@ class Bus:
     """A replacement of smbus2.SMBus for `I2cBus`."""
 
     def __init__(self, chip: SimulatedChip, clock: VirtualClock) -> None:
-        self.chip, self.clock = chip, clock
+        self.chip = chip
+        self.clock = clock
         self.opened = 0
         self.failures: list[int] = []
         self.deaf_reset = False  # the chip resets, and does not acknowledge that

@@ -3,15 +3,19 @@
 import math
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import msgspec
 from palpate.live.app import PageApp
-from palpate.live.commands import Workbench
+from palpate.live.commands import LiveWorkbench, Workbench
 from palpate.live.connection_state import ConnectionState
 from palpate.live.files import RunFiles
 from palpate.live.measurement import LiveMeasurement, opener
+from palpate.live.page_commands import BenchCommand
 from palpate.live.plan import TouchPlan
+from palpate.live.protocol import Answer, DoneMessage, StateMessage, StatusState
 from palpate.live.touch_rows import TouchTable
 from palpate.samples import Sample
 from palpate.sources import SampleSource, Source
@@ -27,25 +31,43 @@ SOURCE = "sim:four-specimens?seed=1"
 OWN_FILE = ROOT / "tests" / "data" / "four-specimens.csv"
 
 
-class Bench(Workbench):
+def answer_of(bench: Workbench, do: str, **given: object) -> Answer:
+    """Return the answer to a command of a page."""
+    command: BenchCommand = msgspec.convert({"do": do, **given}, BenchCommand)
+    return bench.run(command)
+
+
+def done(bench: Workbench, do: str, **given: object) -> DoneMessage:
+    """Return the answer to a command that has a message."""
+    answer = answer_of(bench, do, **given)
+    assert isinstance(answer, DoneMessage)
+    return answer
+
+
+class Bench(LiveWorkbench):
     """A workbench of a live measurement that runs."""
 
     measurement: LiveMeasurement
 
     def obey(self, do: str, **given: object) -> str:
         """Let a page order this; return the message."""
-        return str(self.do(do, **given)["message"])
+        return done(self, do, **given).message
 
-    def waited(self, what: str) -> dict[str, Any]:
+    def waited(self, what: str) -> StateMessage:
         """Return the first state with this word, or with a line of this kind."""
-        state: dict[str, Any] = {}
+        states: list[StateMessage] = []
 
         def holds() -> bool:
-            state.update(self.state())
-            return what in (state["line"]["what"], state["now"]["word"])
+            states.append(self.shown())
+            return what in (states[-1].line.what, states[-1].now.word)
 
         soon(holds)
-        return state
+        return states[-1]
+
+    def shown(self) -> StateMessage:
+        """Look, and return the state."""
+        self.look()
+        return self.state()
 
 
 def begun(
@@ -111,7 +133,7 @@ class Played(LiveMeasurement):
         super().__init__(lambda: None, RunFiles(), {})  # type: ignore[arg-type, return-value]
         self.stream = Stream(source, notify=lambda _: None, capacity=2, **settings)
         self.at_s = 0.0
-        self.told: list[tuple[float, dict[str, Any]]] = []
+        self.told: list[tuple[float, StatusState]] = []
         plan = TouchPlan(self)
         self.page_state = ConnectionState(
             self, plan, TouchTable(self, plan), clock=lambda: self.at_s
@@ -126,34 +148,31 @@ class Played(LiveMeasurement):
             for batch in stream._batches(1):
                 if len(batch.samples):
                     self.at_s = float(batch.samples["t_hard_ns"][-1]) / 1e9
-                if self.at_s >= due_s or self.page_state.is_news():
+                if self.page_state.look() or self.at_s >= due_s:
                     self.told.append((self.at_s, self.page_state.document()))
                     due_s = self.at_s + 0.2
                 while waiting and self.at_s >= waiting[0][0]:
                     waiting.pop(0)[1](stream)
                 if self.at_s >= until_s:
                     return self
-        self.moment = self.moment._replace(state="ended")
+        self.tracker_state = replace(self.tracker_state, state="ended")
+        self.page_state.look()
         self.told.append((self.at_s, self.page_state.document()))
         return self
 
     @property
     def course(self) -> list[tuple[str, str]]:
         """Word and line, each time that one of them changed."""
-        return _changes(
-            [(document["now"]["word"], document["line"]["what"]) for _, document in self.told]
-        )
+        return _changes([(document.now.word, document.line.what) for _, document in self.told])
 
     @property
     def announced(self) -> list[str]:
         """All announcements, in order."""
-        return _changes([document["announce"] for _, document in self.told if document["announce"]])
+        return _changes([document.announce for _, document in self.told if document.announce])
 
-    def first(self, what: str) -> tuple[float, dict[str, Any]]:
+    def first(self, what: str) -> tuple[float, StatusState]:
         """Return when a line was told first, and the state."""
-        return next(
-            (at_s, document) for at_s, document in self.told if document["line"]["what"] == what
-        )
+        return next((at_s, document) for at_s, document in self.told if document.line.what == what)
 
 
 def _changes(values: list[Any]) -> list[Any]:

@@ -18,11 +18,9 @@ class Sender:
         self, name: str, labels: Sequence[str], units: Sequence[str] = (), **more: Any
     ) -> None:
         self.name = name
-        kind, rate, form = (
-            more.get("kind", "Capacitance"),
-            more.get("rate", 0.0),
-            more.get("form", pylsl.cf_double64),
-        )
+        kind = more.get("kind", "Capacitance")
+        rate = more.get("rate", 0.0)
+        form = more.get("form", pylsl.cf_double64)
         info = pylsl.StreamInfo(name, kind, len(labels), rate, form)
         info.desc().append_child_value("manufacturer", more.get("manufacturer", "another"))
         info.set_channel_labels(list(labels))

@@ -50,17 +50,17 @@ def rounding_bounds(
     bounds: dict[str, list[float]] = {
         name: [] for name in ("ratio", "covariance", "innovation", "statistic")
     }
-    d_information, e_ratio, g_statistic = 1.0, 0.0, 0.0
+    d_information = 1.0
+    e_ratio = 0.0
+    g_statistic = 0.0
     previous = Decimal(initial_ratio)
     for k, (ratio, covariance, e) in enumerate(
         zip(exact.ratio, exact.covariance, exact.innovation, strict=True)
     ):
         x = Decimal(regressor[k])
-        past, gain, parts = (
-            float(1 - x * x * covariance),
-            x * covariance,
-            abs(x * previous) + abs(e),
-        )
+        past = float(1 - x * x * covariance)
+        gain = x * covariance
+        parts = abs(x * previous) + abs(e)
         d_information = past * d_information + 2
         a_innovation = float(abs(x)) * e_ratio + float(parts)
         e_ratio = (

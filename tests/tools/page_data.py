@@ -6,13 +6,15 @@ Twenty touches on specimens of known modulus, at the pace of the evaluation kit;
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 from palpate.calibration import Modulus
 from palpate.elasticity import Elasticity
-from palpate.live.feed import ROW, Flag, Rows
-from palpate.live.plan import Done, Progress
-from palpate.live.state_rules import Now, StatusLine
+from palpate.live.feed import ROW, RowFlag, Rows
+from palpate.live.plan import PlannedTouch, Progress, TouchKept
+from palpate.live.protocol import Instruction
+from palpate.live.state_rules import StatusLine
 from palpate.recording.session import Specimen
 
 Document = dict[str, Any]
@@ -129,7 +131,7 @@ def rows_of(touches: list[Press], until: float) -> Rows:
         nth = np.minimum(((t[inside] - one.start) * RATE).astype(int), len(one.trace) - 1)
         for column, name in enumerate(("ratio", "standard_error", "statistic"), 1):
             rows[name][inside] = one.trace[nth, column]
-        rows["flags"][inside] = Flag.CONTACT | Flag.MEASURED
+        rows["flags"][inside] = RowFlag.CONTACT | RowFlag.MEASURED
     return rows
 
 
@@ -139,6 +141,11 @@ class State:
 
     rows: Rows
     told: dict[str, Document]
+
+
+def plain(value: object) -> Any:
+    """Return a part of a message as plain values."""
+    return msgspec.to_builtins(value)
 
 
 def measured(ratio: float, error: float) -> Document:
@@ -163,13 +170,16 @@ def progress_of(case: "Case", touches: list[Press]) -> Progress:
             for name, modulus in SPECIMENS.items()
         ]
     given: Any = touches
-    progress.present = [Done(one.number, one, one.specimen, WHY.get(one.flag, "")) for one in given]
+    progress.present = [
+        PlannedTouch(one.number, one, one.specimen, WHY.get(one.flag, "")) for one in given
+    ]
     progress.settle(0.0)
     return progress
 
 
-def touch_row(one: Press, known: Document) -> Document:
+def touch_row(one: Press, row: TouchKept) -> Document:
     """Return a row of the table."""
+    known = plain(row)
     flags, times = (
         [one.flag] if one.flag else [],
         {"start_s": one.start + ORIGIN_S, "end_s": one.end + ORIGIN_S},
@@ -199,13 +209,13 @@ def session_of(case: "Case", progress: Progress) -> Document:
         "title": "gel series 3" if case.listed else "",
         "operator": "M. Weber",
         "wanted": WANTED,
-        "specimens": [progress.specimen_row(one) for one in progress.specimens],
-        "next": None if case.file else progress.following(),
-        "count": progress.count(),
+        "specimens": plain([progress.specimen_row(one) for one in progress.specimens]),
+        "next": None if case.file else plain(progress.following()),
+        "count": plain(progress.count()),
         "notes": [{"t_s": 0.5 + ORIGIN_S, "text": "room 22 °C, probe warm for 20 min"}]
         if case.listed
         else [],
-        "last": {"touch": len(rows), "kept": rows[-1]["kept"]} if rows else None,
+        "last": {"touch": len(rows), "kept": rows[-1].kept} if rows else None,
         "done": DONE if case.now.word == "Done" else None,
     }
 
@@ -266,7 +276,7 @@ class Case:
     """A moment of the measurement, s from its first sample; the word and the line that the server says, and what differs."""
 
     at: float
-    now: Now
+    now: Instruction
     line: StatusLine
     touches: list[Press] | None = None
     running: Press | None = None
@@ -282,8 +292,8 @@ class Case:
 DONE = {"scatter": 0.0271, "source": "session", "inside": 5, "of": 5, "left_out": 2}
 HELD, PART = RUNNING.until(LIVE), replace(RUNNING.until(LIVE - 0.95), flag="gap")
 OFFSET = press(20, "30 OO", RUNNING.start, "offset")
-TOUCH = Now("Touch", "30 OO, touch 2 of 4: press, and hold")
-HOLD = Now("Hold", "2.5 s more", "busy", 4.05 * RATE / LENGTH)
+TOUCH = Instruction("Touch", "30 OO, touch 2 of 4: press, and hold")
+HOLD = Instruction("Hold", "2.5 s more", "busy", 4.05 * RATE / LENGTH)
 READY = StatusLine("ready", "quiet", "", "Ready. Baseline 7 s old, noise 31 aF.")
 BEFORE = RUNNING.start - 1.4
 SLOW = "32 of 38 pairs a second arrive. It costs nothing here: ± 0.25 stays ± 0.25."
@@ -295,17 +305,17 @@ LEFT = (
 CASES = {
     "idle": Case(BEFORE, TOUCH, READY, recording=False),
     "contact": Case(LIVE, HOLD, StatusLine("contact", "quiet", "", "Measuring. 30 OO, touch 2 of 4."), running=HELD),
-    "lift": Case(RUNNING.end + 0.1, Now("Lift", "kept; then 30 OO, touch 3 of 4", "good", 1.0), StatusLine("done", "quiet", "", "Touch 20 is kept."), state="done"),
-    "flagged": Case(OFFSET.end + 0.6, Now("Repeat", "lift, hold upright, touch 30 OO again", "caution", 1.0), StatusLine("left out", "caution", "Touch 20 is left out.", LEFT),
+    "lift": Case(RUNNING.end + 0.1, Instruction("Lift", "kept; then 30 OO, touch 3 of 4", "good", 1.0), StatusLine("done", "quiet", "", "Touch 20 is kept."), state="done"),
+    "flagged": Case(OFFSET.end + 0.6, Instruction("Repeat", "lift, hold upright, touch 30 OO again", "caution", 1.0), StatusLine("left out", "caution", "Touch 20 is left out.", LEFT),
                     touches=[*TOUCHES[:19], OFFSET]),
-    "unplugged": Case(LIVE + 12, Now("Stop", "no board: plug it in, it goes on by itself", "fault"), StatusLine("unplugged", "fault", "Unplugged.", GONE),
+    "unplugged": Case(LIVE + 12, Instruction("Stop", "no board: plug it in, it goes on by itself", "fault"), StatusLine("unplugged", "fault", "Unplugged.", GONE),
                       touches=[*TOUCHES[:19], PART], cut=LIVE - 0.95, facts={"Board": "USB 1/4, gone for 12 s", "Late": "3, 495, 0"}),
     "slow": Case(BEFORE, TOUCH, StatusLine("slow", "note", "Slow computer.", SLOW), facts={"Pairs": "33.1 of 38.4", "Late": "212, 34, 0"}),
-    "calibrate": Case(TOUCHES[15].start - 1.3, Now("Touch", "50 OO, touch 2 of 4: press, and hold"),
+    "calibrate": Case(TOUCHES[15].start - 1.3, Instruction("Touch", "50 OO, touch 2 of 4: press, and hold"),
                       StatusLine("ready", "quiet", "", "Calibrating with 5 specimens of known modulus: 3 done, 50 OO begun."), calibrating=True),
-    "file": Case(RUNNING.end + 1.2, Now("File", "run-11.csv, 21 Nov 2026, 14:02"), StatusLine("file", "quiet", "", FILE), recording=False, file=True, state="ended"),
-    "done": Case(RUNNING.end + 2.4, Now("Done", "6 specimens; 2 left out", "good"), StatusLine("finished", "note", "24 of 24 done.", "Calibration saved, report ready. The recording goes on until you end it."), touches=TOUCHES),
-    "bare": Case(3.9, Now("Touch", "press, and hold for 6.5 s"), READY, recording=False, listed=False),
+    "file": Case(RUNNING.end + 1.2, Instruction("File", "run-11.csv, 21 Nov 2026, 14:02"), StatusLine("file", "quiet", "", FILE), recording=False, file=True, state="ended"),
+    "done": Case(RUNNING.end + 2.4, Instruction("Done", "6 specimens; 2 left out", "good"), StatusLine("finished", "note", "24 of 24 done.", "Calibration saved, report ready. The recording goes on until you end it."), touches=TOUCHES),
+    "bare": Case(3.9, Instruction("Touch", "press, and hold for 6.5 s"), READY, recording=False, listed=False),
 }  # fmt: skip
 CASES["review"] = CASES["contact"]
 """The page itself looks back: nothing changes at the server."""
@@ -378,7 +388,7 @@ def state_of(case: Case, end: float, running: Press | None) -> Document:
         else None,
         "proposed": "palpate-2026-11-22-2.csv",
         "files": [{"name": file, "kind": kind} for file, kind in RECORDED],
-        "now": case.now._asdict(),
-        "line": case.line.as_dict(12.0 if case.cut else None),
+        "now": plain(case.now),
+        "line": plain(case.line.shown(12.0 if case.cut else None)),
         "announce": f"{case.now.word}: {case.now.sub}",
     }

@@ -5,11 +5,12 @@ from http import HTTPStatus
 from threading import Thread
 from typing import Any, Self
 
+import msgspec
 from live_browser import Browser
 from page_data import State
 from palpate.live.access import HEADERS
 from palpate.live.app import page_files
-from palpate.live.feed import Kind, Rows, pack
+from palpate.live.feed import FrameKind, Rows, pack
 from palpate.live.levels import Levels
 from palpate.live.plan import TouchPlan
 from websockets.datastructures import Headers
@@ -98,7 +99,7 @@ class Canned:
         for kind, document in self.state.told.items():
             if kind != "state":
                 page.send(json.dumps({"type": kind, **document}))
-        page.send(pack(1, self.state.rows, Kind.ANEW))
+        page.send(pack(1, self.state.rows, FrameKind.ANEW))
         # last: a page that shows it has all
         page.send(json.dumps({"type": "state", **self.state.told["state"]}))
 
@@ -106,11 +107,11 @@ class Canned:
         self.heard.append(command)
         if command["do"] == "view":
             view = self._levels.view(command["from_s"], command["to_s"], command["rows"])
-            page.send(pack(command["id"], view, Kind.VIEW))
+            page.send(pack(command["id"], view, FrameKind.VIEW))
             return
         more: dict[str, Any] = {"id": 9} if command["do"] == "mark" else {}
         more = (
-            TouchPlan.read_list(command["text"], command["unit"])
+            {"lines": msgspec.to_builtins(TouchPlan.read_list(command["text"], command["unit"]))}
             if command["do"] == "read list"
             else more
         )
@@ -118,12 +119,15 @@ class Canned:
         page.send(json.dumps(self.answers.get(command["do"], done)))
 
 
-def opened(page: Browser, server: Canned, name: str, theme: str = "light") -> None:
+def opened(
+    page: Browser, server: Canned, name: str, theme: str = "light", depth: str = "lab"
+) -> None:
     """Open the page in a state, and wait until it shows it."""
-    page.driver.get(server.address)
+    page.driver.get(f"{server.address}#{depth}")
     word = server.state.told["state"]["now"]["word"]
     shown = str(len(server.state.told["touches"]["rows"])) if word == "File" else word
-    page.until(lambda: page.text("word") == shown)
+    place = "verb" if depth == "measure" else "word"
+    page.until(lambda: page.text(place) == shown)
     page.theme(theme)
     if name == "review":
         page.press(" ")

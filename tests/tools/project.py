@@ -94,7 +94,8 @@ def made_once(factory: pytest.TempPathFactory, name: str, make: Callable[[Path],
     """Return the folder that `make` fills in the first worker that needs it; all other workers wait, and fail if it failed."""
     base = factory.getbasetemp()
     folder = (base.parent if os.environ.get("PYTEST_XDIST_WORKER") else base) / name
-    made, failed = folder.with_suffix(".made"), folder.with_suffix(".failed")
+    made = folder.with_suffix(".made")
+    failed = folder.with_suffix(".failed")
     try:
         folder.mkdir()
     except FileExistsError:

@@ -25,7 +25,8 @@ def sample(seq: int, *, status: int = Status.OK) -> Sample:
     t_ns = seq * 26_000_000 + seq % 7
     if status == Status.LOST:
         return Sample(seq, t_ns, t_ns + 13_000_000, -1, -1, math.nan, math.nan, status)
-    hard, soft = registers.ZERO_CODE + seq % 100_000, registers.ZERO_CODE - seq % 50_000
+    hard = registers.ZERO_CODE + seq % 100_000
+    soft = registers.ZERO_CODE - seq % 50_000
     values = registers.capacitance_pF(hard), registers.capacitance_pF(soft)
     return Sample(seq, t_ns, t_ns + 13_000_000, hard, soft, *values, status)
 
@@ -217,8 +218,11 @@ DAMAGES = (
 
 def damaged(kind: str, data: bytes, random: Random) -> bytes:
     """Return a file after one of `DAMAGES` at a random place."""
-    at, size = random.randrange(len(data)), random.choice((1, 16, 60, 512, 4096))
-    before, hit, after = data[:at], data[at : at + size], data[at + size :]
+    at = random.randrange(len(data))
+    size = random.choice((1, 16, 60, 512, 4096))
+    before = data[:at]
+    hit = data[at : at + size]
+    after = data[at + size :]
     odd = (b"\n", b"\n\n\n", b"\r", b",", b"\0" * 8, "Grüße\n".encode(), random.randbytes(300))
     begin, _, rest = data[at:].partition(b"\n")
     return {

@@ -9,7 +9,7 @@ from h11._connection import DEFAULT_MAX_INCOMPLETE_EVENT_SIZE as LARGEST_REQUEST
 from palpate import files, messages
 from palpate.ad7746.evalkit import usb_bus
 from palpate.calibration import specimen_files
-from palpate.live import access, commands, peers
+from palpate.live import access, page_commands, peers
 from palpate.live import files as run_files
 from palpate.recording import sidecar
 from palpate.sources import iio, line_protocol, options
@@ -109,8 +109,8 @@ def page() -> list[tuple[str, ...]]:
         ("the token", f"{len(access.new_token()) * 6} random bits"),
         ("a connection that has not shown the token", waiting),
         ("a request", f"{LARGEST_REQUEST // 1024} KiB"),
-        ("a message from the page", f"{commands.LONGEST // 1024} KiB of JSON"),
-        ("a text in it", f"{commands.LONGEST_TEXT:,} characters, all of which can be shown"),
+        ("a message from the page", f"{page_commands.LONGEST_MESSAGE // 1024} KiB of JSON"),
+        ("a text in it", f"{page_commands.LONGEST_TEXT:,} characters, all of which can be shown"),
         (
             "the name of a file",
             f"{run_files.LONGEST} characters of A-Z, a-z, 0-9, space, _, . and -",

@@ -116,7 +116,8 @@ def _in_wine(programs: dict[str, Path], home: Path) -> dict[str, str]:
     """
     libraries = [path for place in WINE for path in Path("/").glob(f"{place}/x86_64-windows")]
     if libraries:
-        system, drives = home / "wine/drive_c/windows/system32", home / "wine/dosdevices"
+        system = home / "wine/drive_c/windows/system32"
+        drives = home / "wine/dosdevices"
         system.mkdir(parents=True)
         drives.mkdir()
         (drives / "c:").symlink_to("../drive_c")

@@ -25,10 +25,14 @@ from palpate.ad7746.bus import Clock, RealClock
 from palpate.ad7746.evalkit.discovery import PRODUCT, VENDOR, new_context, system_backend
 from palpate.ad7746.simulator.evalboard import Reply, SimulatedBoard
 
-_IOCTL, _RESULT, _READ, _WRITE = 1, 3, 5, 6
+_IOCTL = 1
+_RESULT = 3
+_READ = 5
+_WRITE = 6
 _URB = struct.Struct("<BBxxiIxxxxQiiiiiIQ")  # struct usbdevfs_urb
 _CONTROL_URB = 2
-_STATUS_AT, _LENGTH_AT = 4, 28
+_STATUS_AT = 4
+_LENGTH_AT = 28
 # ZERO_PACKET, BULK_CONTINUATION, NO_PACKET_SIZE_LIM, BULK_SCATTER_GATHER, REAP_AFTER_DISCONNECT
 _CAPABILITIES = 0x1F
 Result = tuple[int, int]
@@ -51,7 +55,8 @@ class Node(socketserver.ThreadingUnixStreamServer):
     daemon_threads = True
 
     def __init__(self, root: Path, address: int, kit: SimulatedBoard) -> None:
-        self.address, self.kit = address, kit
+        self.address = address
+        self.kit = kit
         self.path = root / f"dev/bus/usb/001/{address:03d}"
         self.attached = True
         self.lock = threading.RLock()
@@ -255,7 +260,8 @@ class UsbfsCarrier:
     @contextmanager
     def denied(self, kit: SimulatedBoard) -> Iterator[None]:
         """Return a context without permission to open a board."""
-        node, privileged = self._plugged[kit][0].path, os.geteuid() == 0
+        node = self._plugged[kit][0].path
+        privileged = os.geteuid() == 0
         node.chmod(0)
         if privileged:
             os.seteuid(65534)  # nobody

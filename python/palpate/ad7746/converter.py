@@ -139,6 +139,7 @@ _SECTION_NS = 309_017  # its golden section, whose multiples fill it evenly
 _PROMPT = 0.75  # part of the limit: after a longer write the start is too uncertain
 # Time that bus and USB add to a conversion, until one was measured: of the kit's bus at 85 kHz.
 _BUS_S = 0.0047
+_MARGIN = 1.25  # of the chip's clock and of other buses
 _STEPS = 15  # conversions whose median is the time of one
 _TRIALS = 16  # of the search for a CAPDAC, twice the bits of its range
 _RDY = "STATUS shows another state; check the jumper RDY of link LK2"
@@ -192,6 +193,7 @@ class Converter:
         self._clock = access.clock
         self._paces: dict[_Speed, Pace] = {}
         self._steps_ns: dict[_Speed, deque[int]] = defaultdict(lambda: deque(maxlen=_STEPS))
+        self._fastest_ns: dict[_Speed, int] = {}
         self._sooner_ns = 0
         self.seen = Seen(0, 0, 0, 0)  # of the last conversion
 
@@ -202,6 +204,19 @@ class Converter:
         if steps_ns:
             return statistics.median(steps_ns) / 1e9
         return self.configuration.conversion_s + _BUS_S
+
+    @property
+    def fastest_step_s(self) -> float:
+        """Time of a conversion with all its accesses on a computer that is never late, s.
+
+        This is the fastest conversion so far. If even that one took far more than the conversion
+        time by the registers and the bus time of the kit, the computer was always late: then it is
+        their sum with a quarter as a margin.
+        """
+        conversion_s = self.configuration.conversion_s * (2 if self.configuration.chop else 1)
+        most_s = _MARGIN * (conversion_s + _BUS_S)
+        fastest_ns = self._fastest_ns.get(self._speed)
+        return most_s if fastest_ns is None else min(fastest_ns / 1e9, most_s)
 
     @property
     def _speed(self) -> _Speed:
@@ -241,7 +256,9 @@ class Converter:
         seen, image = self._run(setup, in_range, pace, RDYCAP)
         self.seen = seen
         pace.learn(seen)
-        self._steps_ns[self._speed].append(self._clock.now_ns() - entered)
+        step_ns = self._clock.now_ns() - entered
+        self._steps_ns[self._speed].append(step_ns)
+        self._fastest_ns[self._speed] = min(self._fastest_ns.get(self._speed, step_ns), step_ns)
         raw = int.from_bytes(image[CAP_DATA:VT_DATA], "big")
         status = Status.OK
         if is_saturated(raw):

@@ -149,6 +149,11 @@ class Ad7746:
         return 2 * self._converter.step_s
 
     @property
+    def fastest_period_s(self) -> float:
+        """Time from one pair to the next on a computer that is never late, s."""
+        return 2 * self._converter.fastest_step_s
+
+    @property
     def zero_ns(self) -> int | None:
         """`time.monotonic_ns()` at t = 0; None: it is not the computer's clock."""
         if isinstance(self._clock, RealClock) and self._clock.speed == 1:

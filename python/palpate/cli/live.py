@@ -44,7 +44,7 @@ from palpate.uncertainty import TOUCH_SCATTER
 
 if TYPE_CHECKING:
     from palpate.calibration import Calibration
-    from palpate.live.measurement import LiveMeasurement, RecordedMeasurement
+    from palpate.live.measurement import Measurement
 
 _DEMO = "sim:demo"
 
@@ -136,14 +136,15 @@ def live_command(
       palpate live monday.csv tuesday.csv
       palpate live "sim:sliding?seed=1" --scene sliding --no-open
     """  # noqa: D301
-    for module in ("starlette", "uvicorn", "websockets"):
+    for module in ("starlette", "uvicorn", "websockets", "msgspec"):
         need(module, "live")
     require_free(with_sidecar(file) if file else [], force=None)
     from palpate.live.access import is_loopback
     from palpate.live.app import PageApp
-    from palpate.live.commands import Workbench
+    from palpate.live.commands import FileWorkbench, LiveWorkbench, Workbench
+    from palpate.live.file_review import RecordedMeasurement
     from palpate.live.files import RunFiles
-    from palpate.live.measurement import LiveMeasurement, RecordedMeasurement, opener
+    from palpate.live.measurement import LiveMeasurement, Measurement, opener
     from palpate.live.peers import door_for
     from palpate.live.server import address_of, listen, serve
     from palpate.sources.options import is_file
@@ -159,32 +160,32 @@ def live_command(
     if calibration:
         calibrated = _load_calibration(calibration, keywords["scene"])
         keywords = calibrated.for_tracking(keywords) | keywords
-    measurement: LiveMeasurement | RecordedMeasurement
+    measurement: Measurement
+    bench: Workbench
     with usage_errors(), ExitStack() as close_unless_started:
         if is_file(source):
             _check_no_outputs(file, lsl)
             scene_origin = click.get_current_context().get_parameter_source("scene")
             if scene_origin is ParameterSource.DEFAULT:
                 keywords["scene"] = None  # the recording's
-            measurement = RecordedMeasurement(
-                source, reading.keywords(), keywords, _print_line, folder
-            )
+            review = RecordedMeasurement(source, reading.keywords(), keywords, _print_line, folder)
             if len(sources) > 1:
-                measurement.files.others = [Path(path) for path in sources]
-            sidecars = {source: measurement.recording.sidecar}
+                review.files.others = [Path(path) for path in sources]
+            sidecars = {source: review.recording.sidecar}
             for other in sources[1:]:
                 sidecars[other] = load_checked(Path(other)) or Sidecar()
             _check_origins(calibrated, sidecars, accept)
+            measurement = review
+            bench = FileWorkbench(review, source, calibrated, scatter, calibration, accept)
         else:
             options = reading.keywords()
             if is_demo:
                 options["paced"] = True
             open_source = opener(source, options)
             files = RunFiles(file, folder)
-            measurement = LiveMeasurement(
-                open_source, files, keywords, _print_line, lsl, demo=is_demo
-            )
-        bench = Workbench(measurement, source, calibrated, scatter, calibration, accept)
+            live = LiveMeasurement(open_source, files, keywords, _print_line, lsl, demo=is_demo)
+            measurement = live
+            bench = LiveWorkbench(live, source, calibrated, scatter, calibration, accept)
         listening = close_unless_started.enter_context(listen(host, port))
         measurement.start()
         close_unless_started.pop_all()
@@ -295,7 +296,7 @@ def _has_screen() -> bool:
 
 
 @contextmanager
-def _closing(measurement: "LiveMeasurement | RecordedMeasurement") -> Iterator[None]:
+def _closing(measurement: "Measurement") -> Iterator[None]:
     """Close the measurement when the server ends, also after an error."""
     try:
         yield

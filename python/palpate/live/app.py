@@ -19,9 +19,10 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from palpate.errors import PalpateError
 from palpate.live.access import Gatekeeper
-from palpate.live.commands import COMMANDS, Workbench, parse
-from palpate.live.feed import message_of
-from palpate.live.open_page import TOUCHES, Page
+from palpate.live.commands import Workbench
+from palpate.live.open_page import PageClient
+from palpate.live.page_commands import PageCommand, decode
+from palpate.live.protocol import Message, RefusedMessage, encode
 
 _PAGE = {
     ".html": "text/html",
@@ -30,8 +31,8 @@ _PAGE = {
     ".svg": "image/svg+xml",
 }
 READ_ONLY = (
-    "sandbox; default-src 'none'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; form-action 'none'; "
-    "frame-ancestors 'none'"
+    "sandbox; default-src 'none'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; "
+    "form-action 'none'; frame-ancestors 'none'"
 )
 """Of a report, whose text comes from files: no script runs in it, it asks for nothing, and it is a stranger to the page."""
 _PART = 1 << 16
@@ -40,13 +41,13 @@ _STATES_PER_S = 5
 
 def page_files() -> dict[str, tuple[bytes, str]]:
     """Return the files of the page: URL path -> content, type. Requests never open a file by its name."""
-    page, found = Path(__file__).parent / "page", {}
-    for file in page.rglob("*.*"):
-        if kind := _PAGE.get(file.suffix):
-            found[f"/{file.relative_to(page).as_posix()}"] = (
-                file.read_bytes(),
-                f"{kind}; charset=utf-8",
-            )
+    folder = Path(__file__).parent / "page"
+    found = {}
+    for file in folder.rglob("*.*"):
+        kind = _PAGE.get(file.suffix)
+        if kind:
+            path = f"/{file.relative_to(folder).as_posix()}"
+            found[path] = (file.read_bytes(), f"{kind}; charset=utf-8")
     found["/"] = found.pop("/index.html")
     return found
 
@@ -55,11 +56,12 @@ class PageApp:
     """The web application of one workbench, and its open pages; all of it runs in the event loop of the server."""
 
     def __init__(self, bench: Workbench) -> None:
-        self.pages: set[Page] = set()
+        self.pages: set[PageClient] = set()
         self.was_shown = threading.Event()
-        self._bench, self._measurement = bench, bench.measurement
+        self._bench = bench
+        self._measurement = bench.measurement
         self._number = self._measurement.number
-        self._told: dict[str, str] = {}
+        self._sent: dict[str, str] = {}  # the newest message of each kind, but state and touches
 
     def app(self, host: str, port: int, token: str | None = None) -> ASGIApp:
         """Return the application for this address, with access control; see `Gatekeeper`."""
@@ -75,48 +77,75 @@ class PageApp:
             yield
 
     async def _send(self) -> None:
-        """Send rows when they come, and states, until cancelled."""
+        """Send rows and news when they come, and states, until cancelled."""
         loop = asyncio.get_running_loop()
 
         def look() -> None:
             with suppress(RuntimeError):  # the server has ended
                 loop.call_soon_threadsafe(self._look)
 
+        def send_news() -> None:
+            with suppress(RuntimeError):
+                loop.call_soon_threadsafe(self._send_news)
+
         self._measurement.on_rows = look
+        self._bench.on_news = send_news
+        self._send_all()
         while True:
             self._look()
+            self._send_changing()
+            self._bench.look()
             self._send_state()
             await asyncio.sleep(1 / _STATES_PER_S)
 
     def _look(self) -> None:
-        if self._number != self._measurement.number:
-            self._number = self._measurement.number
-            self._send_state()
-            for page in self.pages:
-                page.begin(self._measurement.levels)
+        """Let the pages look at the rows; send the state at once if word or line have changed."""
+        self._follow_measurement()
         for page in self.pages:
             page.wake()
-        if self._bench.is_news():
+        if self._bench.look():
             self._send_state()
 
-    def _send_state(self) -> None:
-        """Send the state to every page, and each other document that has changed."""
-        for kind in self._bench.documents:
-            if kind != TOUCHES:
-                self._announce(kind)
-        touches = self._bench.documents[TOUCHES]()
-        state = message_of("state", **self._bench.state())
+    def _follow_measurement(self) -> None:
+        """Greet the pages again if the next measurement has begun: they forget the one before."""
+        if self._number == self._measurement.number:
+            return
+        self._number = self._measurement.number
+        self._sent.clear()
+        self._send_all()
+        for page in self.pages:
+            page.begin(self._measurement.levels)
+
+    def _send_all(self) -> None:
+        self._send_changing()
+        self._send_news()
+
+    def _send_news(self) -> None:
+        """Send the touches, and what else has changed with them."""
+        self._follow_measurement()
+        for message in self._bench.news():
+            self._announce(message)
+        touches = self._bench.table.document()
         for page in self.pages:
             page.show_touches(touches)
-            page.tell("state", state)
 
-    def _announce(self, kind: str) -> None:
-        """Send a document to every page, if it has changed."""
-        message = message_of(kind, **self._bench.documents[kind]())
-        if self._told.get(kind) != message:
-            self._told[kind] = message
+    def _send_changing(self) -> None:
+        for message in self._bench.changing():
+            self._announce(message)
+
+    def _send_state(self) -> None:
+        state = encode(self._bench.state())
+        for page in self.pages:
+            page.send_message("state", state)
+
+    def _announce(self, message: Message) -> None:
+        """Send a message to every page, if it has changed."""
+        kind = message.message_type
+        text = encode(message)
+        if self._sent.get(kind) != text:
+            self._sent[kind] = text
             for page in self.pages:
-                page.tell(kind, message)
+                page.send_message(kind, text)
 
     async def _download(self, request: Request) -> Response:
         name = request.path_params["name"]
@@ -125,9 +154,8 @@ class PageApp:
             return PlainTextResponse("this run has no such recording\n", 404)
         shown = path.suffix.lower() == ".html"
         kind = "text/html; charset=utf-8" if shown else "application/octet-stream"
-        headers = {
-            "Content-Disposition": f"{'inline' if shown else 'attachment'}; filename*=UTF-8''{quote(name)}"
-        }
+        disposition = "inline" if shown else "attachment"
+        headers = {"Content-Disposition": f"{disposition}; filename*=UTF-8''{quote(name)}"}
         if shown:
             headers["Content-Security-Policy"] = READ_ONLY
         file = path.open("rb")  # now: a sidecar is replaced while its recording runs
@@ -137,33 +165,36 @@ class PageApp:
 
     async def _page(self, socket: WebSocket) -> None:
         await socket.accept()
-        page = Page(socket, self._measurement.levels)
-        self._announce("hello")
-        for kind, message in self._told.items():
-            page.tell(kind, message)
-        page.show_touches(self._bench.documents[TOUCHES]())
+        page = PageClient(socket, self._measurement.levels)
+        self._announce(self._bench.hello())
+        for kind, message in self._sent.items():
+            page.send_message(kind, message)
+        page.show_touches(self._bench.table.document())
         self.pages.add(page)
         self.was_shown.set()
         try:
             async with _beside(page.send()):
-                async for message in socket.iter_text():
-                    await self._hear(page, message)
+                async for text in socket.iter_text():
+                    await self._run(page, text)
         finally:
             self.pages.discard(page)
 
-    async def _hear(self, page: Page, message: str) -> None:
+    async def _run(self, page: PageClient, text: str) -> None:
+        """Run the command of a page, and answer it."""
+        answer: Message
         try:
-            do, given = parse(message)
-            if COMMANDS[do] == "page":
-                answer = {"message": getattr(page, do)(**given)}
+            command = decode(text)
+            if isinstance(command, PageCommand):
+                answer = page.run(command)
             else:
-                answer = await asyncio.to_thread(self._bench.do, do, **given)
+                answer = await asyncio.to_thread(self._bench.run, command)
+                self._send_all()
+                self._bench.look()
                 self._send_state()
-            told = message_of("done", do=do, **answer)
         except (ValueError, RuntimeError, PalpateError) as error:
-            told = message_of("refused", message=str(error))
+            answer = RefusedMessage(str(error))
         # behind the state, so that the page shows it when the answer arrives
-        page.tell(object(), told)
+        page.send_answer(encode(answer))
 
 
 @asynccontextmanager
@@ -182,7 +213,10 @@ async def _beside(work: Coroutine[Any, Any, None]) -> AsyncIterator[None]:
 async def _parts(file: BinaryIO, size: int) -> AsyncIterator[bytes]:
     """Yield a file in parts, up to its size at the time of the request: a recording that runs grows."""
     with file:
-        while size > 0 and (part := await asyncio.to_thread(file.read, min(size, _PART))):
+        while size > 0:
+            part = await asyncio.to_thread(file.read, min(size, _PART))
+            if not part:
+                return
             size -= len(part)
             yield part
 

@@ -1,12 +1,11 @@
 """Guided calibration: the fit after each touch, and the file at the end."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
-from typing import Any
 
 from palpate.calibration import Calibration
 from palpate.calibration.provenance import FileChecksum, Provenance, joined_texts, present_time
@@ -15,9 +14,16 @@ from palpate.calibration.specimen_fit import SpecimenTouches, fit_specimens
 from palpate.errors import CalibrationError, MissingExtra, PalpateError
 from palpate.files import write_file
 from palpate.flags import advice, sentences
-from palpate.live.feed import Document, RefusedCommand
-from palpate.live.measurement import LiveMeasurement
-from palpate.live.plan import KnownSpecimen, TouchPlan
+from palpate.live.measurement import Keywords, LiveMeasurement
+from palpate.live.plan import KnownSpecimen, TouchKept, TouchPlan
+from palpate.live.protocol import (
+    CalibrationCurve,
+    CalibrationMessage,
+    CalibrationPoint,
+    RefusedCommand,
+    RigidRatio,
+    ShownParameter,
+)
 from palpate.live.source_watch import SourceWatch
 from palpate.recording.csv_reader import RecordingFile
 from palpate.repeatability import objections
@@ -32,43 +38,103 @@ _POINTS = 81
 _NEAR_S = 0.5  # two begins of one touch
 
 
+@dataclass(frozen=True)
+class ShownFit:
+    """A fit for the page: the touches that are used, points, verdict, and the curve if there is one."""
+
+    touches: int
+    points: list[CalibrationPoint]
+    verdict: str
+    sound: bool
+    parameters: list[ShownParameter]
+    curve: CalibrationCurve | None
+    rigid: RigidRatio | None
+
+
+@dataclass(frozen=True)
+class SavedCalibration:
+    """A calibration that was saved: the message and its file."""
+
+    message: str
+    file: str
+
+
 class GuidedCalibration:
-    """Fits a calibration to the touches so far, in a thread of its own.
+    """Fits a calibration to the touches so far, in a thread of its own, each time that they change.
 
     It is saved, with its report, by a button, or when nothing is lacking any more and the fit is sound; the measurement
-    goes on with it.
+    goes on with it. `notify`: called from any thread when the message has changed.
     """
 
-    def __init__(self, measurement: LiveMeasurement, plan: TouchPlan, watch: SourceWatch) -> None:
-        self._measurement, self._plan = measurement, plan
+    def __init__(
+        self,
+        measurement: LiveMeasurement,
+        plan: TouchPlan,
+        watch: SourceWatch,
+        notify: Callable[[], None] = lambda: None,
+    ) -> None:
+        self._measurement = measurement
+        self._plan = plan
         self._watch = watch
+        self._notify = notify
         self._files = measurement.files
-        self._on, self._saved, self._lacked = False, "", True
+        self._on = False
+        self._saved = ""
+        self._is_lacking = True  # touches were lacking since it was saved
         self._worker = ThreadPoolExecutor(1, "palpate-calibrating")
-        self._seen: Any = None
-        self._running: Future[Document] | None = None
-        self._shown: Document = {}
+        self._is_waiting = False  # the worker will look at the touches
+        self._fitted: list[KnownSpecimen] | None = None  # what `_shown` was fitted to
+        self._shown: ShownFit | None = None
+        plan.on_changed.append(self.look)
 
-    def document(self) -> Document:
-        """Return the message: the newest fit that is ready, and never one of other touches with these."""
+    def document(self) -> CalibrationMessage:
+        """Return the message: the newest fit that is ready."""
         if not self._on:
-            return {"on": False}
-        known = self._plan.known()
-        if self._running and self._running.done():
-            self._shown, self._running = self._running.result(), None
-        if known != self._seen and self._running is None:
-            self._seen = known
-            self._running = self._worker.submit(self._grown, known)
+            return CalibrationMessage(on=False)
         following = self._plan.progress.next
-        if self._lacked and not following and self._running is None and self._shown.get("sound"):
-            self._lacked, self._running = False, self._worker.submit(self._finished)
-        self._lacked |= bool(following)
-        return {
-            "on": True,
-            "saved": self._saved or None,
-            "next": f"Next: {following}." if following else "",
-            **self._shown,
-        }
+        message = CalibrationMessage(
+            on=True,
+            saved=self._saved or None,
+            next=f"Next: {following}." if following else "",
+        )
+        shown = self._shown
+        if shown:
+            message.touches = shown.touches
+            message.points = shown.points
+            message.verdict = shown.verdict
+            message.sound = shown.sound
+            message.parameters = shown.parameters
+            message.curve = shown.curve
+            message.rigid = shown.rigid
+        return message
+
+    def look(self) -> None:
+        """Let the worker fit the touches as they are now, and save the calibration if nothing is lacking."""
+        if self._on and not self._is_waiting:
+            self._is_waiting = True
+            self._worker.submit(self._look).add_done_callback(self._report)
+
+    def _report(self, work: Future[None]) -> None:
+        """Show an error of the worker."""
+        error = work.exception()
+        if error:
+            self._measurement.notify(f"Error: calibrating: {type(error).__name__}: {error}")
+
+    def _look(self) -> None:
+        self._is_waiting = False
+        if not self._on:
+            return
+        known = self._plan.known()
+        following = self._plan.progress.next
+        if known != self._fitted:
+            self._shown = self._grown(known)
+            self._fitted = known
+        if following:
+            self._is_lacking = True
+        elif self._is_lacking and self._shown and self._shown.sound:
+            self._is_lacking = False
+            self._finish(self._shown)
+        self._notify()
 
     def calibrating(self, on: bool) -> str:
         """Begin or end to calibrate; return the message."""
@@ -78,15 +144,20 @@ class GuidedCalibration:
         known = self._plan.known()
         if len(known) < FEWEST:
             raise RefusedCommand(
-                f"Calibrating needs {FEWEST} specimens at least, of different known moduli; {FEWEST - len(known)} to go. "
-                "Give their moduli in the list of specimens."
+                f"Calibrating needs {FEWEST} specimens at least, of different known moduli; "
+                f"{FEWEST - len(known)} to go. Give their moduli in the list of specimens."
             )
-        self._on, self._seen, self._lacked = True, None, True
+        self._on = True
+        self._fitted = None
+        self._is_lacking = True
+        self.look()
         return f"Calibrating with {len(known)} specimens of known modulus."
 
-    def save_calibration(self) -> Document:
+    def save_calibration(self) -> SavedCalibration:
         """Save the calibration, and a report of it; return the answer."""
-        if lacking := too_few(known := self._plan.known()):
+        known = self._plan.known()
+        lacking = too_few(known)
+        if lacking:
             raise RefusedCommand(lacking)
         _, specimens, found = self._fit(known)
         about = replace(found.about, provenance=self._provenance())
@@ -101,11 +172,10 @@ class GuidedCalibration:
             self._files.made(beside, "report")
         self._saved = path.name
         self.use(found, path)
-        doubt = "" if found.sound else " It is not reliable yet: its verdict is in the file."
-        return {
-            "message": f"Saved as {path.name}; moduli are from it now.{doubt}",
-            "file": path.name,
-        }
+        message = f"Saved as {path.name}; moduli are from it now."
+        if not found.sound:
+            message += " It is not reliable yet: its verdict is in the file."
+        return SavedCalibration(message, path.name)
 
     def _head(self, known: Sequence[KnownSpecimen]) -> CalibrationHead:
         """Return the head of the report: session, operator, date, recording, touches left out."""
@@ -113,11 +183,11 @@ class GuidedCalibration:
         recorder = self._measurement.newest_recorder
         recording = recorder.path.name if recorder else ""
         facts = [
-            NamedValue("Operator", session["operator"] or ""),
+            NamedValue("Operator", session.operator or ""),
             NamedValue("Date", f"{datetime.now().astimezone():%Y-%m-%d %H:%M:%S %Z}"),
             NamedValue("Recordings", recording or "not recorded"),
         ]
-        title = session["title"]
+        title = session.title
         return CalibrationHead(
             f"{TITLE}: {title}" if title else TITLE,
             tuple(facts),
@@ -134,14 +204,15 @@ class GuidedCalibration:
             try:
                 files.append(FileChecksum.of(path))
             except OSError as error:
-                self._measurement.say(f"{path.name}: no checksum: {error.strerror}")
-        operator = self._plan.operator or self._files.stated("operator")
+                self._measurement.notify(f"{path.name}: no checksum: {error.strerror}")
+        stated = self._files.settings
+        operator = self._plan.operator or stated.operator
         return Provenance(
             date=present_time(),
             measured=self._watch.begun_at,
-            probe=joined_texts([self._files.stated("probe")]),
+            probe=joined_texts([stated.probe]),
             operator=joined_texts([operator]),
-            site=joined_texts([self._files.stated("site")]),
+            site=joined_texts([stated.site]),
             files=tuple(files),
             chips=tuple(sorted(self._watch.chips)),
             simulated=self._watch.simulated,
@@ -149,77 +220,81 @@ class GuidedCalibration:
 
     def use(self, found: Calibration, path: Path) -> None:
         """Go on with a calibration: with another measurement, if it needs other settings."""
-        self._plan.progress.calibration, self._files.calibration = found, path
-        said = f"moduli are from {path.name} from here on"
-        self._plan.note(said)
-        self._measurement.use(found.for_tracking(self._measurement.how), said)
+        self._files.calibration = path
+        self._plan.use_calibration(found)
+        text = f"moduli are from {path.name} from here on"
+        self._plan.note(text)
+        self._measurement.use(found.for_tracking(self._measurement.settings), text)
 
     def _fit(
         self, known: Sequence[KnownSpecimen]
     ) -> tuple[list[KnownSpecimen], list[SpecimenTouches], Calibration]:
         """Return the specimens with the touches as they are used, and the fit."""
-        recorder, how = self._measurement.newest_recorder, self._measurement.how
+        recorder = self._measurement.newest_recorder
+        settings = self._measurement.settings
         chosen = RatioChoice("hold", {})
-        if recorder and (track := _track(RecordingFile(recorder.path), how, known)):
+        track = None
+        if recorder:
+            track = _track(RecordingFile(recorder.path), settings, known)
+        if track:
             chosen = choose_ratio([track], {each.name: each.modulus for each in known})
             known = _measured_again(known, track, chosen)
-        specimens = [
-            SpecimenTouches(
-                e.name,
-                e.modulus,
-                e.kept,
-                ratio_of=e.ratio_of,
-                modulus_uncertainty=e.modulus_uncertainty,
-            )
-            for e in known
-            if e.usable
-        ]
-        return (
-            list(known),
-            specimens,
-            fit_specimens(
-                specimens,
-                exponents=chosen.exponents,
-                about=replace(chosen.about, scene=how.get("scene", "handheld")),
-            ),
-        )
+        specimens = []
+        for each in known:
+            if each.usable:
+                specimens.append(
+                    SpecimenTouches(
+                        each.name,
+                        each.modulus,
+                        each.kept,
+                        ratio_of=each.ratio_of,
+                        modulus_uncertainty=each.modulus_uncertainty,
+                    )
+                )
+        about = replace(chosen.about, scene=settings.get("scene", "handheld"))
+        found = fit_specimens(specimens, exponents=chosen.exponents, about=about)
+        return list(known), specimens, found
 
-    def _finished(self) -> Document:
+    def _finish(self, shown: ShownFit) -> None:
         """Save the calibration, and a report of the recording if there is one."""
         saved = "Not saved"
         try:
             with self._measurement.commands:
-                saved = f"Saved as {self.save_calibration()['file']}, but without a report"
+                saved = f"Saved as {self.save_calibration().file}, but without a report"
             if self._files.compared():
                 self._files.report()
-        except (OSError, ValueError, PalpateError) as failure:
-            return {
-                **self._shown,
-                "verdict": f"{saved}: {getattr(failure, 'strerror', None) or failure}.",
-            }
-        return self._shown
+        except OSError as failure:
+            self._shown = replace(shown, verdict=f"{saved}: {failure.strerror or failure}.")
+        except (ValueError, PalpateError) as failure:
+            self._shown = replace(shown, verdict=f"{saved}: {failure}.")
 
-    def _grown(self, known: Sequence[KnownSpecimen]) -> Document:
-        found, verdict = None, too_few(known)
+    def _grown(self, known: Sequence[KnownSpecimen]) -> ShownFit:
+        found = None
+        verdict = too_few(known)
         try:
             if not verdict:
                 known, _, found = self._fit(known)
                 verdict = found.verdict
         except CalibrationError:
-            verdict = "Not enough yet. The ratios do not rise along a curve so far: go on, to softer and stiffer specimens."
+            verdict = (
+                "Not enough yet. The ratios do not rise along a curve so far: go on, to softer and "
+                "stiffer specimens."
+            )
         except (ValueError, PalpateError) as failure:  # MissingExtra, too
             verdict = str(failure)
-        return {
-            "touches": sum(len(each.usable) for each in known),
-            "points": _points(known, found),
-            "verdict": verdict,
-            "sound": bool(found and found.sound),
-            **_fitted(found),
-        }
+        return ShownFit(
+            touches=sum(len(each.usable) for each in known),
+            points=_points(known, found),
+            verdict=verdict,
+            sound=bool(found and found.sound),
+            parameters=_parameters(found) if found else [],
+            curve=_curve(found) if found else None,
+            rigid=_rigid(found) if found else None,
+        )
 
 
 def _left_out(
-    known: Sequence[KnownSpecimen], rows: Sequence[Document], recording: str
+    known: Sequence[KnownSpecimen], rows: Sequence[TouchKept], recording: str
 ) -> Iterator[LeftOutTouch]:
     """Yield the touches on specimens of known modulus that do not count, with the reasons.
 
@@ -229,7 +304,7 @@ def _left_out(
         for number, touch, kept in each.touches:
             reasons = sentences(objections(touch, (), each.ratio_of), advice(touch))
             if not kept and number > 0:
-                reasons = [rows[number - 1]["why"]]
+                reasons = [rows[number - 1].why]
             if not kept and not reasons:
                 reasons = ["left out by hand"]
             if reasons:
@@ -237,18 +312,19 @@ def _left_out(
 
 
 def _track(
-    recording: RecordingFile, how: dict[str, Any], known: Sequence[KnownSpecimen]
+    recording: RecordingFile, settings: Keywords, known: Sequence[KnownSpecimen]
 ) -> Track | None:
     """Return a recording with the specimen of each kept touch, by its reading; None: it does not have all of them."""
-    starts = [(touch.start_s, touch.start) for touch in tracked(recording, **how).touches]
-    kept = [(one.start_s, each.name) for each in known for one in each.kept]
-    found = {
-        start: name
-        for at_s, name in kept
-        for start_s, start in starts
-        if abs(start_s - at_s) < _NEAR_S
-    }
-    return Track(recording, how, found) if len(found) == len(kept) else None
+    touches = tracked(recording, **settings).touches
+    kept = 0
+    found = {}
+    for each in known:
+        for one in each.kept:
+            kept += 1
+            for touch in touches:
+                if abs(touch.start_s - one.start_s) < _NEAR_S:
+                    found[touch.start] = each.name
+    return Track(recording, dict(settings), found) if len(found) == kept else None
 
 
 def _measured_again(
@@ -259,20 +335,15 @@ def _measured_again(
 
     def again(one: Touch) -> Touch:
         near = min(touches, key=lambda touch: abs(touch.start_s - one.start_s), default=one)
-        return (
-            one
-            if (near.contact_exponent, near.age_s) == (one.contact_exponent, one.age_s)
-            else near
-        )
+        if (near.contact_exponent, near.age_s) == (one.contact_exponent, one.age_s):
+            return one
+        return near
 
-    return [
-        replace(
-            each,
-            ratio_of=chosen.ratio_of,
-            touches=tuple((n, again(one), kept) for n, one, kept in each.touches),
-        )
-        for each in known
-    ]
+    found = []
+    for each in known:
+        measured = tuple((number, again(one), kept) for number, one, kept in each.touches)
+        found.append(replace(each, ratio_of=chosen.ratio_of, touches=measured))
+    return found
 
 
 def too_few(known: Sequence[KnownSpecimen]) -> str:
@@ -281,33 +352,31 @@ def too_few(known: Sequence[KnownSpecimen]) -> str:
     return f"{FEWEST} specimens at least; {FEWEST - begun} to go." if begun < FEWEST else ""
 
 
-def _fitted(found: Calibration | None) -> Document:
-    if found is None:
-        return {"parameters": [], "curve": None, "rigid": None}
+def _parameters(found: Calibration) -> list[ShownParameter]:
+    """Return the parameters of eq. (2), for the page."""
+    return [ShownParameter(row.name, row.value, row.interval) for row in found.parameter_rows()]
+
+
+def _curve(found: Calibration) -> CalibrationCurve:
+    """Return points of the curve, for the page."""
     curve = found.curve(_POINTS)
-    columns = {
-        "modulus": curve.modulus,
-        "ratio": curve.ratio,
-        "low": curve.low,
-        "high": curve.high,
-    }
-    return {
-        "parameters": [row._asdict() for row in found.parameter_rows()],
-        "curve": {name: values.tolist() for name, values in columns.items()},
-        "rigid": {
-            "value": curve.rigid_ratio,
-            "error": curve.rigid_error,
-        },
-    }
+    return CalibrationCurve(
+        curve.modulus.tolist(), curve.ratio.tolist(), curve.low.tolist(), curve.high.tolist()
+    )
 
 
-def _points(known: Sequence[KnownSpecimen], found: Calibration | None) -> list[Document]:
-    points: list[Document] = []
+def _rigid(found: Calibration) -> RigidRatio:
+    """Return the ratio on a rigid object, for the page."""
+    curve = found.curve(_POINTS)
+    return RigidRatio(curve.rigid_ratio, curve.rigid_error)
+
+
+def _points(known: Sequence[KnownSpecimen], found: Calibration | None) -> list[CalibrationPoint]:
+    """Return the touches beside the curve, for the page."""
+    points: list[CalibrationPoint] = []
     for each in known:
         fitted = found.probe.ratio(each.modulus) if found else None
-        named = {"modulus": each.modulus, "specimen": each.name, "fitted": fitted}
-        points += [
-            {**named, "touch": n, "ratio": each.ratio_of(touch)[0], "kept": kept}
-            for n, touch, kept in each.touches
-        ]
+        for number, touch, kept in each.touches:
+            ratio = each.ratio_of(touch)[0]
+            points.append(CalibrationPoint(each.modulus, each.name, fitted, number, ratio, kept))
     return points

@@ -1,12 +1,20 @@
 """Recordings beside each other: the touches of each specimen, and whether they agree."""
 
 from collections.abc import Sequence
-from itertools import accumulate
 from pathlib import Path
 from statistics import fmean
 
 from palpate.calibration import Calibration
-from palpate.live.feed import Document, RefusedCommand
+from palpate.live.protocol import (
+    ComparedFile,
+    ComparedMessage,
+    ComparedSpecimen,
+    ComparedTouch,
+    RefusedCommand,
+    ShownAgreement,
+)
+from palpate.live.touch_rows import shown_agreement
+from palpate.repeatability import Agreement
 from palpate.report.findings import (
     AnalysedRecording,
     ReportedTouch,
@@ -17,66 +25,76 @@ from palpate.report.findings import (
 )
 
 LETTERS = "ABCD"
-_NONE = "compare: no touch of {} is on a named specimen, allowed: open each recording, and name its touches"
 
 
-def compared(paths: Sequence[Path], calibration: Calibration | None) -> Document:
+def compared(paths: Sequence[Path], calibration: Calibration | None) -> ComparedMessage:
     """Return what a page shows of two recordings or more; their touches are those of `palpate report`."""
     if len(paths) < 2:
         raise RefusedCommand(
             f"compare: got {len(paths)} recordings, allowed: two or more; palpate live A.csv B.csv"
         )
     runs = [analyse_recording(path, letter) for letter, path in zip(LETTERS, paths, strict=False)]
-    runs = (
-        [analyse_again(run, calibration.for_tracking(run.tracking)) for run in runs]
-        if calibration
-        else runs
-    )
+    if calibration:
+        runs = [analyse_again(run, calibration.for_tracking(run.tracking)) for run in runs]
     found = findings(runs, calibration, {})
     if not found.results:
-        raise RefusedCommand(_NONE.format(" and ".join(path.name for path in paths)))
-    shared = [one for one in found.results if len({each.run.name for each in one.kept}) > 1]
-    kept = [each.run.name for one in found.results for each in one.kept]
-    return {
-        "files": [
-            {"name": path.name, "touches": len(run.found.touches), "kept": kept.count(run.name)}
-            for path, run in zip(paths, runs, strict=True)
-        ],
-        "agree": sum(one.agreement is not None and one.agreement.agree for one in shared),
-        "of": len(shared),
-        "scatter": found.scatter.share,
-        "specimens": [_specimen(one, runs) for one in found.results],
-    }
-
-
-def _specimen(one: SpecimenResult, runs: Sequence[AnalysedRecording]) -> Document:
-    """Return the touches of a specimen, each with the number of its recording, and what `palpate.agreement` says."""
-    found, firsts = one.agreement, accumulate((len(run.found.touches) for run in runs), initial=0)
-    before, apart = (
-        dict(zip(LETTERS, firsts, strict=False)),
-        [_apart(one.kept, run) for run in runs],
+        names = " and ".join(path.name for path in paths)
+        raise RefusedCommand(
+            f"compare: no touch of {names} is on a named specimen, allowed: open each recording, "
+            "and name its touches"
+        )
+    kept: list[str] = []  # the recording of each kept touch
+    agree = 0
+    shared = 0
+    for result in found.results:
+        runs_of_kept = [touch.run.name for touch in result.kept]
+        kept += runs_of_kept
+        if len(set(runs_of_kept)) > 1:
+            shared += 1
+            agree += result.agreement is not None and result.agreement.agree
+    files = []
+    for path, run in zip(paths, runs, strict=True):
+        files.append(ComparedFile(path.name, len(run.found.touches), kept.count(run.name)))
+    return ComparedMessage(
+        "compare",
+        files,
+        agree,
+        shared,
+        found.scatter.share,
+        [_specimen(result, runs) for result in found.results],
     )
-    return {
-        "name": one.name,
-        "farthest": apart.index(max(apart, key=abs)),
-        "apart": max(apart, key=abs),
-        "agreement": found
-        and {**found.as_dict(), "ratio": found.ratio, "standard_error": found.standard_error},
-        "touches": [
-            {
-                "file": LETTERS.index(each.run.name),
-                "number": each.number - before[each.run.name],
-                "ratio": each.ratio,
-                "left_out": "; ".join(each.left_out),
-            }
-            for each in one.touches
-        ],
-    }
 
 
-def _apart(touches: list[ReportedTouch], run: AnalysedRecording) -> float:
+def _specimen(result: SpecimenResult, runs: Sequence[AnalysedRecording]) -> ComparedSpecimen:
+    """Return the touches of a specimen, each with the number of its recording, and whether they agree."""
+    before = {}  # number of touches of the recordings before
+    touches_so_far = 0
+    for run in runs:
+        before[run.name] = touches_so_far
+        touches_so_far += len(run.found.touches)
+    distances = [_distance(result.kept, run) for run in runs]
+    farthest = max(distances, key=abs)
+    touches = []
+    for each in result.touches:
+        number = each.number - before[each.run.name]
+        file = LETTERS.index(each.run.name)
+        touches.append(ComparedTouch(file, number, each.ratio, "; ".join(each.left_out)))
+    agreement = _with_mean(result.agreement) if result.agreement else None
+    return ComparedSpecimen(result.name, distances.index(farthest), farthest, agreement, touches)
+
+
+def _with_mean(found: Agreement) -> ShownAgreement:
+    """Return an agreement with its mean, whether the touches agree or not."""
+    shown = shown_agreement(found, str(found))
+    shown.ratio = found.ratio
+    shown.standard_error = found.standard_error
+    return shown
+
+
+def _distance(touches: list[ReportedTouch], run: AnalysedRecording) -> float:
     """Return how far the mean of a recording is from the mean of the others, relative to it; 0: there is only one."""
-    own, rest = (
-        [one.ratio for one in touches if (one.run is run) is inside] for inside in (True, False)
-    )
-    return fmean(own) / fmean(rest) - 1 if own and rest else 0.0
+    own = [touch.ratio for touch in touches if touch.run is run]
+    rest = [touch.ratio for touch in touches if touch.run is not run]
+    if own and rest:
+        return fmean(own) / fmean(rest) - 1
+    return 0.0

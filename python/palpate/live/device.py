@@ -1,23 +1,24 @@
 """The device on the page: which board, how it is set, how it is; and what of it may be changed while it measures."""
 
 import math
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 from palpate.ad7746.registers import CONVERSION_S, SUPPLY_V
-from palpate.live import state_rules
+from palpate.files import Json
 from palpate.live.connection_state import ConnectionState, can_centre
-from palpate.live.feed import Document, RefusedCommand
 from palpate.live.measurement import PRESSED, LiveMeasurement
+from palpate.live.page_commands import DeviceCommand
+from palpate.live.protocol import DeviceFact, DeviceMessage, DeviceOption, RefusedCommand
 from palpate.live.signal_state import CHANNELS
-from palpate.live.state_rules import Facts
+from palpate.live.state_rules import StatusInputs, slow
 from palpate.sources import Conditions
 from palpate.sources.board import ConverterOptions
 from palpate.sources.options import split
+from palpate.stream import StreamCounters
 
 _CHANGED = ("usb", "i2c", "sim")  # sources that take the options of `ConverterOptions`
 _LEVELS = ("1/8", "1/4", "3/8", "1/2")  # of the supply, both ways
-_PINS = ["B", "A", "AB", "B,A", "A,B"]
+_PINS: list[int | str] = ["B", "A", "AB", "B,A", "A,B"]
 _CAPF = "Conversion, CAPF: 0 is the fastest (11 ms), 7 has the least noise (110 ms); only 4 (62 ms) rejects the mains"
 _EXCITATION = "Excitation pins of both bumps; of two, separated by a comma: hard, soft"
 _COUNTED = "Pairs of readings: that came late; that never came; without a usable value; dropped: not estimated, but recorded"
@@ -28,33 +29,36 @@ class Device:
     """The device of a measurement: its message, and the buttons Set and Centre. `source`: its name, as the user gave it."""
 
     def __init__(self, measurement: LiveMeasurement, state: ConnectionState, source: str) -> None:
-        self._measurement, self._state = measurement, state
+        self._measurement = measurement
+        self._state = state
         self._is_ours = split(source)[0] in _CHANGED
 
-    def document(self) -> Document:
+    def document(self) -> DeviceMessage:
         """Return the message `device`."""
+        stream = self._measurement.stream
         device = self._measurement.device()
-        return {
-            "facts": _facts(
-                device, self._state.facts(), self._measurement, self._state.measured_conditions
-            ),
-            "options": self._options(device) if self._is_ours else {},
-            "can_centre": can_centre(self._measurement.stream.source),
-        }
+        conditions = self._state.measured_conditions
+        return DeviceMessage(
+            _facts(device, self._state.inputs, stream.counters, conditions),
+            self._options(device) if self._is_ours else {},
+            can_centre(stream.source),
+        )
 
-    def device(self, **options: Any) -> str:
+    def set(self, command: DeviceCommand) -> str:
         """Begin a new measurement with these options; return the message."""
         if not self._is_ours:
             raise RefusedCommand("device: this source has no settings")
         self._require_free("device")
-        now = {
-            name: option["value"]
-            for name, option in self._options(self._measurement.device()).items()
-        }
-        ConverterOptions.parse("device", options)
-        what = ", ".join(f"{name} {value}, before {now[name]}" for name, value in options.items())
-        self._measurement.reopen(options, f"the converter was set again: {what}")
-        return f"A new measurement has started: {what}."
+        changed = command.changed()
+        ConverterOptions.parse("device", changed)
+        now = self._options(self._measurement.device())
+        texts = []
+        for name, value in changed.items():
+            before = f", before {now[name].value}" if name in now else ""
+            texts.append(f"{name} {value}{before}")
+        text = ", ".join(texts)
+        self._measurement.reopen(changed, f"the converter was set again: {text}")
+        return f"A new measurement has started: {text}."
 
     def centre(self) -> str:
         """Set the range again; return the message."""
@@ -63,128 +67,129 @@ class Device:
         return "The range is set again. If it moves, the baseline is measured again: do not touch anything."
 
     @staticmethod
-    def _options(device: Mapping[str, Any]) -> Document:
-        if not (settings := device.get("configuration")):
+    def _options(device: Json) -> dict[str, DeviceOption]:
+        settings = device.get("configuration")
+        if not settings:
             return {}
+        conversions: list[int | str] = list(range(len(CONVERSION_S)))
         return {
-            "capf": {
-                "value": settings["capf"],
-                "allowed": list(range(len(CONVERSION_S))),
-                "title": _CAPF,
-            },
-            "excitation": {"value": _pins(settings), "allowed": _PINS, "title": _EXCITATION},
+            "capf": DeviceOption(settings["capf"], conversions, _CAPF),
+            "excitation": DeviceOption(_pins(settings), _PINS, _EXCITATION),
         }
 
-    def _require_free(self, what: str) -> None:
-        self._measurement.require_running(what)
-        if self._measurement.moment.state in PRESSED and not self._measurement.stream.out_of_range:
-            raise RefusedCommand(f"{what}: the probe is in contact; lift it first")
+    def _require_free(self, command: str) -> None:
+        self._measurement.require_running(command)
+        is_pressed = self._measurement.tracker_state.state in PRESSED
+        if is_pressed and not self._measurement.stream.out_of_range:
+            raise RefusedCommand(f"{command}: the probe is in contact; lift it first")
 
 
-def _board(device: Mapping[str, Any]) -> str:
+def _board(device: Json) -> str:
     """Return name and place of a board."""
     simulated = "simulated " if "simulated" in device else ""
-    device = device["device"] if isinstance(device.get("device"), dict) else device
-    usb = f"USB {device['bus']}/{device['address']}" if "usb" in device else ""
-    place = usb or device.get("bus") or device.get("path") or device.get("port")
+    if isinstance(device.get("device"), dict):
+        device = device["device"]
+    place = device.get("bus") or device.get("path") or device.get("port")
+    if "usb" in device:
+        place = f"USB {device['bus']}/{device['address']}"
     return simulated + ", ".join(str(part) for part in (device.get("name"), place) if part)
 
 
 def _facts(
-    device: Mapping[str, Any],
-    facts: Facts,
-    measurement: LiveMeasurement,
+    device: Json,
+    inputs: StatusInputs,
+    counters: StreamCounters,
     conditions: Sequence[Conditions],
-) -> list[Document]:
-    away, counters, pace = "unplugged" in facts.troubles, measurement.stream.counters, facts.pace
-    slow = state_rules.slow(facts) is not None
-    rate = f"{pace.per_s:.1f}" if math.isfinite(pace.per_s) else "-"
-    rate += f" of {1 / facts.period_s:.1f}" if math.isfinite(facts.period_s) else ""
+) -> list[DeviceFact]:
+    is_gone = "unplugged" in inputs.troubles
+    found = []
+    board = _board(device)
+    if board:
+        found.append(DeviceFact("Board", f"{board}, gone" if is_gone else board, is_gone))
+    if device.get("fingerprint"):
+        found.append(DeviceFact("Chip", device["fingerprint"]))
+    found += _rate_and_counts(inputs, counters, is_gone=is_gone)
+    found += _settings(device)
+    found += _conditions(conditions, inputs.seen.baseline_s)
+    for number in range(len(CHANNELS)):
+        found.append(_range(device, inputs, number))
+    return found
+
+
+def _rate_and_counts(
+    inputs: StatusInputs, counters: StreamCounters, *, is_gone: bool
+) -> list[DeviceFact]:
+    """Return the rate of the pairs, and how many were not usual."""
+    per_s = inputs.pace.per_s
+    rate = f"{per_s:.1f}" if math.isfinite(per_s) else "-"
+    if math.isfinite(inputs.period_s):
+        rate += f" of {1 / inputs.period_s:.1f}"
+    warn = is_gone or slow(inputs) is not None
     numbers = {"Late": counters.late, "lost": counters.lost, "refused": counters.refused}
-    numbers |= {"dropped": counters.dropped} if counters.dropped else {}
-    found = (
-        [_fact("Board", f"{board}{', gone' if away else ''}", warn=away)]
-        if (board := _board(device))
-        else []
-    )
-    found += [_fact("Chip", device["fingerprint"])] if device.get("fingerprint") else []
+    if counters.dropped:
+        numbers["dropped"] = counters.dropped
+    counts = ", ".join(map(str, numbers.values()))
     return [
-        *found,
-        _fact("Pairs a second", "0" if away else rate, warn=away or slow),
-        _fact(
-            ", ".join(numbers),
-            ", ".join(map(str, numbers.values())),
-            warn=away or slow,
-            title=_COUNTED,
-        ),
-        *_settings(device),
-        *_conditions(conditions, facts.seen.baseline_s),
-        *(_range(device, facts, number) for number in range(len(CHANNELS))),
+        DeviceFact("Pairs a second", "0" if is_gone else rate, warn),
+        DeviceFact(", ".join(numbers), counts, warn, title=_COUNTED),
     ]
 
 
-def _fact(
-    name: str, value: str, *, warn: bool = False, share: float | None = None, title: str = ""
-) -> Document:
-    return {"name": name, "value": value, "warn": warn, "share": share, "title": title}
-
-
-def _settings(device: Mapping[str, Any]) -> list[Document]:
+def _settings(device: Json) -> list[DeviceFact]:
     settings = device.get("configuration")
     if not isinstance(settings, dict):
         return []
     pins = " and ".join(f"EXC{pin}" for pin in _pins(settings).split(","))
+    level = f"±{_LEVELS[settings['level']]} of the supply ({pins})"
     chopped = ", chopped" if settings["chop"] else ""
     conversion = f"{1e3 * device['conversion_s']:.1f} ms{chopped} (CAPF {settings['capf']})"
     return [
-        _fact(
-            "Excitation", f"±{_LEVELS[settings['level']]} of the supply ({pins})", title=_EXCITATION
-        ),
-        _fact("Conversion", conversion, title=_CAPF),
+        DeviceFact("Excitation", level, title=_EXCITATION),
+        DeviceFact("Conversion", conversion, title=_CAPF),
     ]
 
 
-def _pins(settings: Mapping[str, Any]) -> str:
-    hard, soft = (settings[name]["excitation"] for name in CHANNELS)
-    return str(hard) if hard == soft else f"{hard},{soft}"
+def _pins(settings: Json) -> str:
+    hard = str(settings["hard"]["excitation"])
+    soft = str(settings["soft"]["excitation"])
+    return hard if hard == soft else f"{hard},{soft}"
 
 
-def _conditions(measured: Sequence[Conditions], baseline_s: float) -> list[Document]:
+def _conditions(measured: Sequence[Conditions], baseline_s: float) -> list[DeviceFact]:
     """Return temperature and supply, if they are measured."""
     known = [each.as_dict() for each in measured if "temperature_C" in each.values]
     if not known:
         return []
-    newest, before = known[-1], [each for each in known if each["t_s"] <= baseline_s]
+    newest = known[-1]
+    before = [each for each in known if each["t_s"] <= baseline_s]
     temperature = f"{newest['temperature_C']:.1f} °C"
     if before and before[-1] is not newest:
-        temperature += (
-            f", {newest['temperature_C'] - before[-1]['temperature_C']:+.1f} since the baseline"
-        )
+        change = newest["temperature_C"] - before[-1]["temperature_C"]
+        temperature += f", {change:+.1f} since the baseline"
     elif len(known) == 1:
         temperature += " at the begin"
-    found = [_fact("Temperature", temperature)]
-    if (supply := newest.get("supply_V")) is not None:
-        found.append(
-            _fact("Supply", f"{supply:.2f} V", warn=not SUPPLY_V[0] <= supply <= SUPPLY_V[1])
-        )
+    found = [DeviceFact("Temperature", temperature)]
+    supply = newest.get("supply_V")
+    if supply is not None:
+        is_wrong = not SUPPLY_V[0] <= supply <= SUPPLY_V[1]
+        found.append(DeviceFact("Supply", f"{supply:.2f} V", is_wrong))
     return found
 
 
-def _range(device: Mapping[str, Any], facts: Facts, number: int) -> Document:
+def _range(device: Json, inputs: StatusInputs, number: int) -> DeviceFact:
     """Return how much of its range a channel uses."""
-    reading, full, settings = (
-        facts.seen.channels[number].reading,
-        facts.full_scale_pF,
-        device.get("configuration"),
-    )
+    reading = inputs.seen.channels[number].reading
+    full_pF = inputs.full_scale_pF
+    settings = device.get("configuration")
     name = CHANNELS[number].capitalize()
     if isinstance(settings, dict):
-        name += f", CIN{settings['hard_input'] if number == 0 else 3 - settings['hard_input']}"
-    if not math.isfinite(reading) or "unplugged" in facts.troubles:
-        return _fact(name, "-", warn="unplugged" in facts.troubles)
-    if not math.isfinite(full):
-        return _fact(name, f"{reading:.4f} pF")
-    share = min(abs(reading) / full, 1.0)
-    return _fact(
-        name, f"{100 * share:.0f} % of range", warn=share > _NEAR_LIMIT, share=round(share, 2)
-    )
+        hard_input = settings["hard_input"]
+        name += f", CIN{hard_input if number == 0 else 3 - hard_input}"
+    is_gone = "unplugged" in inputs.troubles
+    if is_gone or not math.isfinite(reading):
+        return DeviceFact(name, "-", is_gone)
+    if not math.isfinite(full_pF):
+        return DeviceFact(name, f"{reading:.4f} pF")
+    share = min(abs(reading) / full_pF, 1.0)
+    text = f"{100 * share:.0f} % of range"
+    return DeviceFact(name, text, share > _NEAR_LIMIT, round(share, 2))

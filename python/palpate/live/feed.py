@@ -1,10 +1,7 @@
-"""What goes to a page: messages, and frames of samples and estimates with the exact values of the tracker."""
+"""Frames for a page: samples and estimates with the exact values of the tracker."""
 
-import json
-import math
 import struct
 from enum import IntEnum, IntFlag
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +9,6 @@ from numpy.typing import NDArray
 from palpate.samples import refused_samples, saturated_samples
 from palpate.stream.batches import Batch
 
-Document = dict[str, Any]  # plain values, ready for JSON
 Rows = NDArray[np.void]  # rows that a page draws: shape (n,), dtype `ROW`
 FIELDS = ("t_s", "hard", "soft", "ratio", "standard_error", "statistic")
 ROW = np.dtype([(name, "<f8") for name in FIELDS] + [("flags", "u1")])
@@ -21,30 +17,7 @@ VERSION = 3
 BINS_PER_S = 500.0  # beyond two rows in each of these parts of a second, a page gets two: lowest and highest values
 
 
-class RefusedCommand(ValueError):
-    """The message of a page is not valid, or not possible now. The text says what is allowed."""
-
-
-def message_of(kind: str, /, **what: Any) -> str:
-    """Return a message to a page: JSON, with null for nan and inf.
-
-    Examples
-    --------
-    >>> message_of("state", ratio=float("nan"), touches=[1.5])
-    '{"type": "state", "ratio": null, "touches": [1.5]}'
-    """
-    return json.dumps({"type": kind, **_plain(what)}, allow_nan=False)
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {name: _plain(inner) for name, inner in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(inner) for inner in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
-
-
-class Kind(IntEnum):
+class FrameKind(IntEnum):
     """What a page does with the rows of a frame: adds them, forgets all rows before them, or shows them as a view."""
 
     NEXT = 0
@@ -52,7 +25,7 @@ class Kind(IntEnum):
     VIEW = 2
 
 
-class Flag(IntFlag):
+class RowFlag(IntFlag):
     """Flags of a row."""
 
     CONTACT = 1
@@ -73,25 +46,26 @@ def rows_of(batch: Batch) -> Rows:
     >>> import palpate
     >>> with palpate.Stream("sim:stiff-steady?seed=1") as stream:
     ...     rows = np.concatenate([rows_of(batch) for batch in stream.batches()])
-    >>> bool(rows["ratio"][rows["flags"] & Flag.MEASURED != 0][-1] == stream.touches[0].first_ratio)
+    >>> bool(rows["ratio"][rows["flags"] & RowFlag.MEASURED != 0][-1] == stream.touches[0].first_ratio)
     True
     """
-    samples, estimates = batch.samples, batch.rows
+    samples = batch.samples
+    estimates = batch.rows
+    refused = refused_samples(samples)
+    is_measured = estimates["touch"] > 0
     rows = np.empty(len(samples), ROW)
-    unusable, measured = refused_samples(samples), estimates["touch"] > 0
     rows["t_s"] = samples["t_hard_ns"] * 1e-9
     for name in ("hard", "soft"):
-        rows[name] = np.where(unusable, np.nan, samples[name] - estimates[f"{name}_baseline"])
+        rows[name] = np.where(refused, np.nan, samples[name] - estimates[f"{name}_baseline"])
     for name in ("ratio", "standard_error", "statistic"):
-        rows[name] = np.where(measured, estimates[name], np.nan)
-    flags: dict[Flag, Any] = {
-        Flag.CONTACT: estimates["contact"],
-        Flag.MEASURED: measured,
-        Flag.ALARM: estimates["alarm"] & measured,
-        Flag.REFUSED: unusable,
-        Flag.SATURATED: saturated_samples(samples),
-    }
-    rows["flags"] = sum(np.where(holds, int(flag), 0) for flag, holds in flags.items())
+        rows[name] = np.where(is_measured, estimates[name], np.nan)
+    rows["flags"] = (
+        np.where(estimates["contact"], RowFlag.CONTACT, 0)
+        | np.where(is_measured, RowFlag.MEASURED, 0)
+        | np.where(estimates["alarm"] & is_measured, RowFlag.ALARM, 0)
+        | np.where(refused, RowFlag.REFUSED, 0)
+        | np.where(saturated_samples(samples), RowFlag.SATURATED, 0)
+    )
     return rows
 
 
@@ -99,12 +73,10 @@ def ends_of(batch: Batch) -> dict[int, float]:
     """Return the time of the last sample in the batch of each touch, s, by the number of the touch."""
     numbers = batch.rows["touch"]
     last = np.flatnonzero(np.diff(numbers, append=np.uint32(0)))
-    times = batch.samples["t_hard_ns"][last] * 1e-9
-    return {
-        number: end_s
-        for number, end_s in zip(numbers[last].tolist(), times.tolist(), strict=True)
-        if number
-    }
+    times_s = batch.samples["t_hard_ns"][last] * 1e-9
+    ends = dict(zip(numbers[last].tolist(), times_s.tolist(), strict=True))
+    ends.pop(0, None)  # no touch
+    return ends
 
 
 def thinned(rows: Rows, per_s: float = BINS_PER_S) -> Rows:
@@ -139,21 +111,20 @@ def extremes(rows: Rows, begins: NDArray[np.intp]) -> Rows:
     first = place[full]
     for name in FIELDS[1:]:
         values = rows[name]
-        low, high = np.fmin.reduceat(values, begins)[full], np.fmax.reduceat(values, begins)[full]
-        falls = values[ends[full]] < values[begins[full]]
+        low = np.fmin.reduceat(values, begins)[full]
+        high = np.fmax.reduceat(values, begins)[full]
         if name == "standard_error":
             low = high
-        kept[name][first], kept[name][first + 1] = (
-            np.where(falls, high, low),
-            np.where(falls, low, high),
-        )
-    kept["flags"][first] = kept["flags"][first + 1] = np.bitwise_or.reduceat(rows["flags"], begins)[
-        full
-    ]
+        falls = values[ends[full]] < values[begins[full]]
+        kept[name][first] = np.where(falls, high, low)
+        kept[name][first + 1] = np.where(falls, low, high)
+    flags = np.bitwise_or.reduceat(rows["flags"], begins)[full]
+    kept["flags"][first] = flags
+    kept["flags"][first + 1] = flags
     return kept
 
 
-def pack(number: int, rows: Rows, kind: Kind = Kind.NEXT) -> bytes:
+def pack(number: int, rows: Rows, kind: FrameKind = FrameKind.NEXT) -> bytes:
     """Return a frame as bytes.
 
     Little-endian: version, number, number of rows, kind, each uint32; then the columns, float64; then the flags, uint8.
@@ -166,5 +137,7 @@ def pack(number: int, rows: Rows, kind: Kind = Kind.NEXT) -> bytes:
     >>> len(frame), HEADER.unpack_from(frame)
     (163, (3, 7, 3, 0))
     """
-    columns = (np.ascontiguousarray(rows[name]).tobytes() for name in (*FIELDS, "flags"))
-    return HEADER.pack(VERSION, number, len(rows), kind) + b"".join(columns)
+    parts = [HEADER.pack(VERSION, number, len(rows), kind)]
+    for name in (*FIELDS, "flags"):
+        parts.append(np.ascontiguousarray(rows[name]).tobytes())
+    return b"".join(parts)

@@ -2,17 +2,18 @@
 
 import re
 from datetime import date
-from itertools import chain, count
+from itertools import count
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
-from palpate.live.compare import LETTERS
-from palpate.live.feed import RefusedCommand
+from palpate.live.page_commands import SettingsCommand
+from palpate.live.protocol import RefusedCommand, RunFile
 from palpate.messages import quoted
 from palpate.recording.sidecar import sidecar_path
 from palpate.report import ReportOptions, write_report
 
-Kind = Literal["recording", "settings", "calibration", "report"]
+FileKind = Literal["recording", "settings", "calibration", "report"]
+MOST_COMPARED = 4  # recordings beside each other
 LONGEST = 100  # characters of a name, at most
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9 _.-]*\.csv")
 _ALLOWED = f"at most {LONGEST} of A-Z, a-z, 0-9, space, _, . and -, a letter or digit first, and .csv at the end"
@@ -37,29 +38,26 @@ class RunFiles:
         self.first: Path | None = None if first is None else Path(first)
         if self.first:
             sidecar_path(self.first)
-        self._folder = (
-            Path(folder) if folder is not None else self.first.parent if self.first else Path()
-        )
-        self._made: dict[Path, Kind] = {}
+        if folder is not None:
+            self._folder = Path(folder)
+        else:
+            self._folder = self.first.parent if self.first else Path()
+        self._made: dict[Path, FileKind] = {}
         self._stopped = False
         self.calibration: Path | None = None  # for reports
         self.accept: tuple[str, ...] = ()  # of the calibration, for reports
-        self._head: dict[str, Any] = {}  # of reports
+        self._settings = SettingsCommand()  # of reports
         self.progress: str = ""  # of the report that is written
         self.others: list[Path] = []  # recordings to compare with the first one
 
-    def as_dict(self) -> dict[str, Any]:
-        """Return what the page shows of them."""
-        return {"files": self.named, "progress": self.progress, "comparable": len(self.compared())}
-
     def compared(self) -> list[Path]:
         """Return the recordings to compare: the first one and the others, else the newest of this run."""
-        return self.others or self.recordings()[-len(LETTERS) :]
+        return self.others or self.recordings()[-MOST_COMPARED:]
 
     @property
-    def named(self) -> list[dict[str, str]]:
+    def named(self) -> list[RunFile]:
         """Names and kinds of all files made, in order of time; after each recording its sidecar, the settings."""
-        return [{"name": path.name, "kind": kind} for path, kind in self._made.copy().items()]
+        return [RunFile(path.name, kind) for path, kind in self._made.copy().items()]
 
     def next(self, name: str | None = None) -> Path:
         """Return the path of the next recording; without a name: the proposed one.
@@ -68,27 +66,36 @@ class RunFiles:
         is such a file.
         """
         if name is not None:
-            if len(name) > LONGEST or not _NAME.fullmatch(name):
-                raise ValueError(f"name: got {quoted(name)}, allowed: {_ALLOWED}")
-            if not self._is_free(path := self._folder / name):
-                raise ValueError(
-                    f"name: got {quoted(name)}, and there is such a file; choose another name"
-                )
-            return path
+            return self._checked(name)
         if self.first:
             return self.free(self.first.name) if self.recordings() else self.first
-        paths = (
-            self._folder / f"palpate-{date.today():%Y-%m-%d}-{number}.csv" for number in count(1)
-        )
-        return next(path for path in paths if self._is_free(path))
+        number = 1
+        while True:
+            path = self._folder / f"palpate-{date.today():%Y-%m-%d}-{number}.csv"
+            if self._is_free(path):
+                return path
+            number += 1
+
+    def _checked(self, name: str) -> Path:
+        """Return the path of a name that the user has chosen."""
+        if len(name) > LONGEST or not _NAME.fullmatch(name):
+            raise ValueError(f"name: got {quoted(name)}, allowed: {_ALLOWED}")
+        path = self._folder / name
+        if not self._is_free(path):
+            raise ValueError(
+                f"name: got {quoted(name)}, and there is such a file; choose another name"
+            )
+        return path
 
     def free(self, name: str) -> Path:
         """Return the path of a new file of this name, with a number behind it if there is such a file."""
         path = self._folder / name
+        if self._is_free(path):
+            return path
         numbered = (path.with_stem(f"{path.stem}-{number}") for number in count(2))
-        return next(each for each in chain([path], numbered) if self._is_free(each))
+        return next(each for each in numbered if self._is_free(each))
 
-    def made(self, path: Path, kind: Kind) -> Path:
+    def made(self, path: Path, kind: FileKind) -> Path:
         """Remember a file that was made, for the page; return its path."""
         self._made[path] = kind
         if kind == "recording":
@@ -99,52 +106,63 @@ class RunFiles:
         """Return the path of a file of this run; None for any other name."""
         return {path.name: path for path in self._made.copy()}.get(name)
 
-    def settings(self, **head: Any) -> str:
-        """Take the settings of later reports: fields of `palpate.report.ReportOptions`."""
-        self._head = head
-        return ""
+    def use_settings(self, settings: SettingsCommand) -> None:
+        """Take the settings of later reports."""
+        self._settings = settings
 
-    def report(self) -> dict[str, str]:
-        """Write a report of the newest recording beside it, also of one that runs; return the answer to the page."""
-        if not (recordings := self.recordings()):
+    def report(self) -> str:
+        """Write a report of the newest recording beside it, also of one that runs; return its name."""
+        recordings = self.recordings()
+        if not recordings:
             raise RefusedCommand("report: nothing is recorded yet, allowed: after Record")
         if self.progress:
             raise RefusedCommand("report: one is being written; wait for it")
-        newest, self._stopped = recordings[-1], False
+        newest = recordings[-1]
+        self._stopped = False
         path = self.free(f"{newest.stem}-report.html")
-        self._tell(newest.name)
+        self._show_progress(newest.name)
         try:
-            options = ReportOptions(self.calibration, accept=self.accept, **self._head)
-            write_report(path, [newest], options, progress=self._tell)
+            write_report(path, [newest], self._options(), progress=self._show_progress)
         except OSError as error:
             raise RefusedCommand(f"report: cannot be written: {error.strerror}") from error
         finally:
             self.progress = ""
         self.made(path, "report")
-        return {"message": f"The report is {path.name}.", "file": path.name}
+        return path.name
+
+    def _options(self) -> ReportOptions:
+        settings = self._settings
+        return ReportOptions(
+            self.calibration,
+            accept=self.accept,
+            unit=settings.unit,
+            shore=settings.shore,
+            probe=settings.probe,
+            site=settings.site,
+            operator=settings.operator,
+        )
 
     def stop_report(self) -> str:
         """Stop the report that is written; return the message."""
         self._stopped = True
         return "The report is stopped."
 
-    def _tell(self, progress: str) -> None:
+    def _show_progress(self, progress: str) -> None:
         if self._stopped:
             raise RefusedCommand("report: stopped; nothing is written")
         self.progress = f"Report: {progress}"
 
-    def stated(self, name: str) -> str:
-        """Return a field of the settings of reports: probe, site or operator; "": not stated."""
-        return str(self._head.get(name, ""))
+    @property
+    def settings(self) -> SettingsCommand:
+        """The settings of reports, as the user has stated them: probe, site, operator and unit."""
+        return self._settings
 
     def recordings(self) -> list[Path]:
         """Return the recordings, in order of time."""
         return [path for path, kind in self._made.copy().items() if kind == "recording"]
 
     def _is_free(self, path: Path) -> bool:
-        beside = path.with_suffix(".json")
-        return (
-            path not in self._made
-            and not path.exists()
-            and (path.suffix != ".csv" or not beside.exists())
-        )
+        if path in self._made or path.exists():
+            return False
+        sidecar = path.with_suffix(".json")
+        return path.suffix != ".csv" or not sidecar.exists()

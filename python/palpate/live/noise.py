@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.live.feed import Flag, Rows
+from palpate.live.feed import RowFlag, Rows
 from palpate.live.signal_state import CHANNELS
 
 Array = NDArray[np.float64]
@@ -36,7 +36,7 @@ def noise_of(rows: Rows) -> str:
 
 def idle(rows: Rows) -> Rows:
     """Return the newest samples without contact in segments of one length, one after the other in time; shape (k, n)."""
-    other = int(Flag.CONTACT | Flag.MEASURED | Flag.REFUSED | Flag.SATURATED)
+    other = int(RowFlag.CONTACT | RowFlag.MEASURED | RowFlag.REFUSED | RowFlag.SATURATED)
     usable = (rows["flags"] & other == 0) & np.isfinite(rows["hard"]) & np.isfinite(rows["soft"])
     steps = np.diff(rows["t_s"])
     period_s = float(np.median(steps)) if len(steps) else 0.0

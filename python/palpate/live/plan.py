@@ -3,13 +3,12 @@
 import re
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from decimal import Decimal
 from functools import wraps
 from math import inf, isfinite
-from pathlib import Path
 from threading import RLock
-from typing import Any
+from typing import Concatenate, ParamSpec
 
 from palpate.calibration import Calibration
 from palpate.calibration.modulus_text import (
@@ -21,8 +20,19 @@ from palpate.calibration.modulus_text import (
 from palpate.errors import CalibrationError, PalpateError
 from palpate.flags import advice, sentences
 from palpate.importers.units import to_number
-from palpate.live.feed import Document, RefusedCommand
-from palpate.live.measurement import AnyMeasurement, LiveMeasurement, RecordedMeasurement
+from palpate.live.measurement import EndedRecording, Measurement
+from palpate.live.protocol import (
+    Deviation,
+    LastTouchKept,
+    NextTouch,
+    ReadLine,
+    RefusedCommand,
+    SessionMessage,
+    SessionResult,
+    ShownNote,
+    SpecimenRow,
+    TouchCount,
+)
 from palpate.materials import KnownModulus
 from palpate.messages import quoted
 from palpate.recording import session as stored
@@ -36,16 +46,26 @@ from palpate.uncertainty import RATIOS, RatioOf, hold_ratio
 
 DISCARDED = "discarded"
 _EMPTY = stored.Plan()
-_NAME, _MODULUS = (
-    f"names of 1 to {stored.LONGEST_NAME} characters",
-    "moduli above 0, as 30 OO; 0.143",
-)
+_NAME = f"names of 1 to {stored.LONGEST_NAME} characters"
+_MODULUS = "moduli above 0, as 30 OO; 0.143"
 _NEAR_S = 0.5  # between the clocks of a simulated hand and of the samples
 _SHOWN = 99  # the newest touches of a specimen
 
 
+_Arguments = ParamSpec("_Arguments")
+
+
+@dataclass(frozen=True)
+class TouchKept:
+    """What the plan knows of a touch: its specimen, whether it is kept, and why not."""
+
+    specimen: str | None
+    kept: bool
+    why: str
+
+
 @dataclass
-class Done:
+class PlannedTouch:
     """A touch that has ended; its number counts from 1, in an earlier measurement it is 0 and less."""
 
     number: int
@@ -84,46 +104,52 @@ class KnownSpecimen:
         return [touch for touch in self.kept if not objections(touch, (), self.ratio_of)]
 
 
-def _order(obey: Callable[..., str]) -> Callable[..., str]:
-    """Make an order: what it changes is in the documents, and in the recording before the answer."""
+def _changes(
+    method: Callable[Concatenate["TouchPlan", _Arguments], str],
+) -> Callable[Concatenate["TouchPlan", _Arguments], str]:
+    """Publish the change that a command makes, and store it in the recording before the answer."""
 
-    @wraps(obey)
-    def ordered(plan: "TouchPlan", *args: Any, **given: Any) -> str:
+    @wraps(method)
+    def changed(plan: "TouchPlan", /, *args: _Arguments.args, **keywords: _Arguments.kwargs) -> str:
         with plan._lock:
-            plan._require_amendable()
-            message = obey(plan, *args, **given)
+            plan._measurement.require_amendable()
+            message = method(plan, *args, **keywords)
             plan._changed(ordered=True)
             recorder = plan._measurement.recorder
         if recorder and recorder.sidecar_trouble:
             message += f" {recorder.sidecar_trouble}."
         return message
 
-    return ordered
+    return changed
 
 
 class TouchPlan(Listener):
     """The plan of a measurement, and what was done of it; also in the recording, as far as it is within it.
 
     `calibration`: says which ratio of a touch counts, and which flags exclude it. `document`: the message `session`.
-    `rows`: what is known of each touch of the measurement: specimen, kept, and why it is not.
+    `rows`: what is known of each touch of the measurement. `version`: number of the last change; after each change
+    the functions in `on_changed` are called.
     """
 
-    def __init__(self, measurement: AnyMeasurement, calibration: Calibration | None = None) -> None:
+    def __init__(self, measurement: Measurement, calibration: Calibration | None = None) -> None:
         self._measurement = measurement
-        self._recorded = isinstance(measurement, RecordedMeasurement)
+        self._is_review = measurement.file is not None
+        self.version = 0
+        self.on_changed: list[Callable[[], None]] = []
         # Title, operator, notes and the kind of ratio; of a recording also the touches before it is read.
-        self._plan = plan = measurement.sidecar.session
+        plan = measurement.sidecar.session
+        self._plan = plan
         # a recorder, and what it has
         self._stored: tuple[Recorder | None, stored.Plan] = (None, plan)
         self._wanted = max(
-            (one.wanted for one in plan.specimens), default=1 if self._recorded else 4
+            (one.wanted for one in plan.specimens), default=measurement.touches_wanted
         )
         self.progress = Progress(calibration, plan)
         self._lock = RLock()
         # of a recording: of touches that are not found with these settings
         self._unmatched: list[stored.Entry] = []
         self._files = 0
-        if isinstance(measurement, LiveMeasurement) and measurement.demo:
+        if measurement.demo:
             self.progress.name_at = lambda t_s: measurement.pressed(t_s + _NEAR_S)
         measurement.listeners.append(self)
         measurement.recording_begun.append(self._store)
@@ -160,30 +186,42 @@ class TouchPlan(Listener):
 
     def ended(self, error: BaseException | None) -> None:
         """Take the touches of a recording when it has been read."""
-        if isinstance(measurement := self._measurement, RecordedMeasurement):
-            known = self._plan.matched(measurement.touches, measurement.recording.survey.period_s)
-            self.progress.present = [
-                Done(
-                    number,
-                    touch,
-                    entry.specimen if entry else None,
-                    entry.left_out if entry else None,
-                )
-                for number, (touch, entry) in enumerate(
-                    zip(measurement.touches, known, strict=True), 1
-                )
-            ]
-            found = set(known)
-            self._unmatched = [entry for entry in self._plan.touches if entry not in found]
-            self._changed()
+        if not self._is_review:
+            return
+        entries = self._measurement.stored_entries(self._plan)
+        self.progress.present = []
+        for number, (touch, entry) in enumerate(
+            zip(self._measurement.touches, entries, strict=True), 1
+        ):
+            planned = PlannedTouch(number, touch, None)
+            if entry:
+                planned.specimen = entry.specimen
+                planned.left_out = entry.left_out
+            self.progress.present.append(planned)
+        found = set(entries)
+        self._unmatched = [entry for entry in self._plan.touches if entry not in found]
+        self._changed()
 
-    @_order
-    def plan(self, text: str, wanted: int, unit: str = "MPa", **head: Any) -> str:
-        """Take another list of specimens; return the message."""
+    @_changes
+    def plan(
+        self,
+        text: str,
+        wanted: int,
+        unit: str = "MPa",
+        title: str | None = None,
+        operator: str | None = None,
+    ) -> str:
+        """Take another list of specimens; return the message. None: title and operator stay."""
         specimens = specimens_of(text, wanted, unit)
-        self._plan, self._wanted, progress = replace(self._plan, **head), wanted, self.progress
+        if title is not None:
+            self._plan = replace(self._plan, title=title)
+        if operator is not None:
+            self._plan = replace(self._plan, operator=operator)
+        self._wanted = wanted
+        progress = self.progress
         self._files = len(self._measurement.files.named)  # made for earlier lists
-        progress.specimens, progress.over = specimens, False
+        progress.specimens = specimens
+        progress.over = False
         if progress.chosen and not progress.named(progress.chosen[1]):
             progress.chosen = None
         touches = "1 touch" if wanted == 1 else f"{wanted} touches"
@@ -191,57 +229,68 @@ class TouchPlan(Listener):
         return f"{found}, {touches} of each." if specimens else "No specimens."
 
     @staticmethod
-    def read_list(text: str, unit: str = "MPa") -> Document:
+    def read_list(text: str, unit: str = "MPa") -> list[ReadLine | None]:
         """Return how each line of a list is read: its modulus, MPa, or what is wrong."""
-        read = (
-            one and ({"wrong": one} if isinstance(one, str) else _known_modulus(one))
-            for one in read_lines(text, 1, unit)
-        )
-        return {"message": "", "lines": list(read)}
+        lines: list[ReadLine | None] = []
+        for read in read_lines(text, 1, unit):
+            if isinstance(read, Specimen):
+                lines.append(ReadLine(read.modulus_MPa, read.modulus_uncertainty))
+            else:
+                lines.append(ReadLine(wrong=read) if read else None)
+        return lines
 
-    @_order
+    @_changes
     def specimen(self, name: str) -> str:
         """Choose the specimen of the next touch, "": the list decides; return the message."""
         self.progress.chosen = (self._measurement.last_s, self._in_list(name)) if name else None
         self.progress.over = not name
         return self._following() or "All specimens are done: the next touches are of other objects."
 
-    @_order
+    @_changes
     def assign(self, touch: int, name: str) -> str:
         """Give a touch another specimen, or none; return the message."""
         done = self._done(touch)
         done.specimen = self._in_list(name) or None
         return f"Touch {touch}: {done.specimen or 'no specimen'}."
 
-    @_order
+    @_changes
     def name(self, touches: list[int], text: str) -> str:
         """Give touches a specimen, written as in a list, "": none; a new one comes into the list; return the message."""
-        done, found = [self._done(touch) for touch in touches], specimens_of(text, self._wanted)
+        named = [self._done(touch) for touch in touches]
+        found = specimens_of(text, self._wanted)
         if text.strip() and not found:
             raise RefusedCommand(f"name: got {quoted(text)}, allowed: {_NAME}, and {_MODULUS}")
-        name, told = None, ""
+        name = None
+        remark = ""
         for one in found:  # a line is one at most
-            name, known = one.name, self.progress.named(one.name)
-            if not known:
-                self.progress.specimens.append(one)
-            elif one.known not in (None, known.known):
-                told = f" Its modulus is {one.known} now, before {known.known or 'unknown'}."
-                self.progress.change(
-                    known,
-                    modulus_MPa=one.modulus_MPa,
-                    modulus_uncertainty=one.modulus_uncertainty,
-                )
-        for each in done:
+            name = one.name
+            remark = self._add(one)
+        for each in named:
             each.specimen = name
-        return f"{'1 touch' if len(done) == 1 else f'{len(done)} touches'}: {name or 'no specimen'}.{told}"
+        count = "1 touch" if len(named) == 1 else f"{len(named)} touches"
+        return f"{count}: {name or 'no specimen'}.{remark}"
 
-    @_order
+    def _add(self, one: Specimen) -> str:
+        """Add a specimen to the list, or take its modulus; return a remark on another modulus."""
+        known = self.progress.named(one.name)
+        if not known:
+            self.progress.specimens.append(one)
+            return ""
+        if one.known in (None, known.known):
+            return ""
+        changed = replace(
+            known, modulus_MPa=one.modulus_MPa, modulus_uncertainty=one.modulus_uncertainty
+        )
+        self.progress.change(known, changed)
+        return f" Its modulus is {one.known} now, before {known.known or 'unknown'}."
+
+    @_changes
     def discard(self, touch: int) -> str:
         """Leave a touch out; return the message."""
         self._done(touch).left_out = DISCARDED
         return f"Touch {touch} is left out. {self._following()}".strip()
 
-    @_order
+    @_changes
     def keep(self, touch: int) -> str:
         """Keep a touch, whatever its flags say; return the message."""
         done = self._done(touch)
@@ -250,7 +299,7 @@ class TouchPlan(Listener):
         done.left_out = "" if self.progress.objections(done.touch) else None
         return f"Touch {touch} is kept. {self._following()}".strip()
 
-    @_order
+    @_changes
     def more(self) -> str:
         """Want one touch more of the specimen of the last touch, else of the next one; return the message."""
         progress = self.progress
@@ -260,11 +309,11 @@ class TouchPlan(Listener):
             raise RefusedCommand(
                 f"more: allowed: up to {stored.MOST_WANTED} touches of a specimen of the list"
             )
-        progress.change(specimen, wanted=wanted)
+        progress.change(specimen, replace(specimen, wanted=wanted))
         progress.chosen = None
         return f"{specimen.name}: {wanted} touches are wanted."
 
-    @_order
+    @_changes
     def note(self, text: str) -> str:
         """Add a note; return the message."""
         note = stored.Note(self._measurement.last_s, text)
@@ -272,98 +321,112 @@ class TouchPlan(Listener):
         return f"Noted: {text}"
 
     def _changed(self, *, ordered: bool = False) -> None:
-        """Make the documents anew; store the plan in the recording, after an order also in one that has ended."""
+        """Make the message again; store the plan in the recording, after an order also in one that has ended."""
         progress = self.progress
         progress.settle(self._measurement.last_s)
-        rows = self.rows = progress.rows()
-        following, count = progress.following(), progress.count()
-        if self._recorded:
-            following, count = None, {"kept": sum(row["kept"] for row in rows), "of": len(rows)}
-        self.document: Document = {
-            "title": self._plan.title,
-            "operator": self._plan.operator,
-            "wanted": self._wanted,
-            "specimens": [progress.specimen_row(one) for one in progress.specimens],
-            "next": following,
-            "count": count,
-            "notes": [asdict(note) for note in self._plan.notes],
-            "last": {"touch": len(rows), "kept": rows[-1]["kept"]} if rows else None,
-            "done": None if self._recorded else progress.result(),
-        }
-        if recorder := self._measurement.recorder:
+        self.rows: list[TouchKept] = progress.rows()
+        self.document: SessionMessage = self._message()
+        self._put_into_recording(ordered=ordered)
+        self.version += 1
+        for notify in self.on_changed:
+            notify()
+
+    def _message(self) -> SessionMessage:
+        progress = self.progress
+        rows = self.rows
+        following = progress.following()
+        count = progress.count()
+        result = progress.result()
+        if self._is_review:
+            following = None
+            count = TouchCount(sum(row.kept for row in rows), len(rows))
+            result = None
+        return SessionMessage(
+            title=self._plan.title,
+            operator=self._plan.operator,
+            wanted=self._wanted,
+            specimens=[progress.specimen_row(one) for one in progress.specimens],
+            next=following,
+            count=count,
+            notes=[ShownNote(note.t_s, note.text) for note in self._plan.notes],
+            last=LastTouchKept(len(rows), rows[-1].kept) if rows else None,
+            done=result,
+        )
+
+    def _put_into_recording(self, *, ordered: bool) -> None:
+        recorder = self._measurement.recorder
+        ended = self._measurement.ended_recording
+        if recorder:
             self._store(recorder, wait=ordered)
-        elif ordered and isinstance(shown := self._measurement, RecordedMeasurement):
-            self._amend(shown.recording.path, -inf, None)
-        elif ordered and (ended := self._measurement.newest_recorder) and ended.first_s is not None:
-            self._amend(ended.path, ended.first_s, ended)
+        elif ordered and ended:
+            self._amend(ended)
 
-    def _amend(self, path: Path, first_s: float, recorder: Recorder | None) -> None:
+    def _amend(self, ended: EndedRecording) -> None:
         """Give a recording that has ended the session as it is now."""
-        plan, (of, has) = self._within(first_s), self._stored
-        amend(path, plan, has if of is recorder else _EMPTY)
-        self._stored = recorder, plan
-
-    def _require_amendable(self) -> None:
-        shown = self._measurement
-        if isinstance(shown, RecordedMeasurement) and (shown.running or not shown.amendable):
-            why = "it is still being read" if shown.running else "it has no sidecar with an end"
-            made = "a recording of palpate that has ended; palpate convert, or check --repair, makes one"
-            raise RefusedCommand(
-                f"{shown.recording.path.name}: cannot be changed: {why}, allowed: {made}"
-            )
+        plan = self._within(ended.first_s)
+        recorder, stored_plan = self._stored
+        amend(ended.path, plan, stored_plan if recorder is ended.recorder else _EMPTY)
+        self._stored = (ended.recorder, plan)
 
     def _store(self, recorder: Recorder, *, wait: bool = False) -> None:
         """Give a recording the session as it is now: what is within it; `wait` for the disk."""
         with self._lock:
             plan = self._within(-inf if recorder.first_s is None else recorder.first_s)
-            of, has = self._stored
-            if plan == (has if of is recorder else _EMPTY):
+            stored_in, stored_plan = self._stored
+            if plan == (stored_plan if stored_in is recorder else _EMPTY):
                 return
             try:
                 recorder.session(plan, wait=wait)
-                self._stored = recorder, plan
+                self._stored = (recorder, plan)
             except (ValueError, PalpateError) as error:  # no room for it, or closed at this moment
-                self._measurement.say(str(error))
+                self._measurement.notify(str(error))
 
     def finished(self) -> tuple[str, str, str] | None:
         """Return title and text of the line, and what was done, from the last wanted touch to the next one; else None."""
-        if not (done := self.document["done"]):
+        result = self.document.done
+        if not result:
             return None
-        made = {file["kind"] for file in self._measurement.files.named[self._files :]}
-        words = {"calibration": "calibration saved", "report": "report ready"}
-        said = ", ".join(word for kind, word in words.items() if kind in made).capitalize()
-        text = (
-            "The recording goes on until you end it."
-            if self._measurement.recorder
-            else "Nothing is recorded now."
-        )
-        text = f"{said}. {text}" if said else text
-        kept, all_of = self.document["count"]["kept"], len(self.progress.specimens)
+        made = {file.kind for file in self._measurement.files.named[self._files :]}
+        done = []
+        if "calibration" in made:
+            done.append("calibration saved")
+        if "report" in made:
+            done.append("report ready")
+        text = "Nothing is recorded now."
+        if self._measurement.recorder:
+            text = "The recording goes on until you end it."
+        if done:
+            text = f"{', '.join(done).capitalize()}. {text}"
+        kept = self.document.count.kept
+        specimens = len(self.progress.specimens)
         return (
             f"{kept} of {kept} done.",
             text,
-            f"{all_of} specimens; {done['left_out'] or 'none'} left out",
+            f"{specimens} specimens; {result.left_out or 'none'} left out",
         )
 
     def _within(self, first_s: float) -> stored.Plan:
+        """Return the plan with what was done from a time on."""
         progress = self.progress
-        entries = (
-            stored.Entry(
-                done.touch.start_s, done.specimen, done.left_out or (None if done.why else "")
-            )
-            for done in progress.present[0 if self._recorded else -stored.MOST_TOUCHES :]
-            if (done.specimen or done.why)
-            and isfinite(done.touch.start_s)
-            and done.touch.start_s >= first_s
-        )
-        notes = tuple(note for note in self._plan.notes if note.t_s >= first_s)
+        newest = progress.present if self._is_review else progress.present[-stored.MOST_TOUCHES :]
+        touches = []
+        for done in newest:
+            start_s = done.touch.start_s
+            if (done.specimen or done.why) and isfinite(start_s) and start_s >= first_s:
+                left_out = done.left_out or (None if done.why else "")
+                touches.append(stored.Entry(start_s, done.specimen, left_out))
         ratio = progress.calibration.ratio if progress.calibration else progress.kind
-        specimens, touches = tuple(progress.specimens), (*entries, *self._unmatched)
-        return replace(self._plan, specimens=specimens, touches=touches, notes=notes, ratio=ratio)
+        return replace(
+            self._plan,
+            specimens=tuple(progress.specimens),
+            touches=(*touches, *self._unmatched),
+            notes=tuple(note for note in self._plan.notes if note.t_s >= first_s),
+            ratio=ratio,
+        )
 
     def _following(self) -> str:
         self.progress.settle(self._measurement.last_s)
-        following = None if self._recorded else self.progress.next
+        following = None if self._is_review else self.progress.next
         return f"Next: {following}." if following else ""
 
     def _in_list(self, name: str) -> str:
@@ -377,7 +440,7 @@ class TouchPlan(Listener):
             )
         return name
 
-    def _done(self, number: int) -> Done:
+    def _done(self, number: int) -> PlannedTouch:
         present = self.progress.present
         if not 1 <= number <= len(present):
             raise RefusedCommand(
@@ -396,14 +459,14 @@ class Progress:
 
     def __init__(self, calibration: Calibration | None = None, plan: stored.Plan = _EMPTY) -> None:
         self.specimens = list(plan.specimens)
-        self.present: list[Done] = []  # the touches of this measurement
+        self.present: list[PlannedTouch] = []  # the touches of this measurement
         self.chosen: tuple[float, str] | None = None  # when, s, and which
         self.calibration = calibration
         self.kind = plan.ratio  # that counts without a calibration
         # what is touched at a time, whatever is next
         self.name_at: Callable[[float], str] = lambda _: ""
-        self._earlier: list[Done] = []
-        self._on: dict[str, list[Done]] = {}
+        self._earlier: list[PlannedTouch] = []
+        self._on: dict[str, list[PlannedTouch]] = {}
         self.kept: dict[str, list[float]] = {}  # ratios of the kept touches on each specimen
         self.means: dict[str, float] = {}  # of these, by specimen
         self._nexts: list[tuple[float, str | None]] = [(-inf, None)]
@@ -436,7 +499,7 @@ class Progress:
         if number <= len(self.present):
             self.present[number - 1].touch = touch
             return
-        self.present.append(Done(number, touch, self.on(touch.start_s)))
+        self.present.append(PlannedTouch(number, touch, self.on(touch.start_s)))
         if self.chosen and not self.chosen[0] > touch.start_s:
             self.chosen = None
         self.settle(touch.start_s)
@@ -459,9 +522,9 @@ class Progress:
         if (name := self.next) != self._nexts[-1][1]:
             self._nexts.append((t_s, name))
 
-    def change(self, specimen: Specimen, **values: Any) -> None:
-        """Give a specimen of the list other values."""
-        self.specimens[self.specimens.index(specimen)] = replace(specimen, **values)
+    def change(self, specimen: Specimen, changed: Specimen) -> None:
+        """Put a specimen into the place of another one in the list."""
+        self.specimens[self.specimens.index(specimen)] = changed
 
     @property
     def since_s(self) -> float:
@@ -482,69 +545,64 @@ class Progress:
         """Return the specimen with this name; None: it is not in the list."""
         return next((one for one in self.specimens if one.name == name), None)
 
-    def following(self) -> Document | None:
+    def following(self) -> NextTouch | None:
         """Return the specimen of the next touch, for the page."""
         one = self.named(self.next)
         if one is None:
             return None
         nth = len(self.kept[one.name]) + 1
-        return {
-            "name": one.name,
-            "modulus": one.modulus_MPa,
-            "nth": nth,
-            "of": max(one.wanted, nth),
-        }
+        return NextTouch(one.name, one.modulus_MPa, nth, max(one.wanted, nth))
 
-    def count(self) -> Document:
+    def count(self) -> TouchCount:
         """Return how many of the wanted touches are done."""
-        kept = sum(min(len(self.kept[one.name]), one.wanted) for one in self.specimens)
-        return {"kept": kept, "of": sum(one.wanted for one in self.specimens)}
+        kept = 0
+        wanted = 0
+        for one in self.specimens:
+            kept += min(len(self.kept[one.name]), one.wanted)
+            wanted += one.wanted
+        return TouchCount(kept, wanted)
 
-    def result(self) -> Document | None:
+    def result(self) -> SessionResult | None:
         """Return scatter, and how many known moduli are in their intervals, when all is done, until another object is touched."""
         newest = next(reversed((*self._earlier, *self.present)), None)
         if self.over or self.next or not newest or not self.named(newest.specimen):
             return None
-        used, inside = self.calibration, list[bool]()
-        kept = {
-            one: [done.touch for done in self._on[one.name] if not done.why]
-            for one in self.specimens
-        }
-        pairs = ((one.name, touch) for one, touches in kept.items() for touch in touches)
-        scatter = used.touch_scatter if used else session_scatter(pairs, self.ratio_of)
-        for one, touches in kept.items():
+        used = self.calibration
+        pairs = []
+        known = 0
+        inside = 0
+        for one in self.specimens:
+            kept = [done.touch for done in self._on[one.name] if not done.why]
+            pairs += [(one.name, touch) for touch in kept]
             if used and one.known:
-                modulus = used.mean_modulus(touches)
-                inside.append(modulus.agrees_with(one.known))
-        left_out = sum(bool(done.why) for of in self._on.values() for done in of)
-        counts = {"inside": sum(inside), "of": len(inside), "left_out": left_out}
-        return {"scatter": scatter.share, "source": scatter.source, **counts}
+                known += 1
+                inside += used.mean_modulus(kept).agrees_with(one.known)
+        scatter = used.touch_scatter if used else session_scatter(pairs, self.ratio_of)
+        left_out = 0
+        for touches in self._on.values():
+            left_out += sum(bool(done.why) for done in touches)
+        return SessionResult(scatter.share, scatter.source, inside, known, left_out)
 
-    def specimen_row(self, one: Specimen) -> Document:
+    def specimen_row(self, one: Specimen) -> SpecimenRow:
         """Return a specimen with its touches, for the page."""
         mean = self.means.get(one.name)
-        shown = [
-            {
-                "touch": max(done.number, 0) or None,
-                "deviation": self.ratio_of(done.touch)[0] / mean - 1 if mean else None,
-                "kept": not done.why,
-            }
-            for done in self._on[one.name][-_SHOWN:]
-        ]
-        known = {
-            "name": one.name,
-            **_known_modulus(one),
-            "kept": len(self.kept[one.name]),
-            "of": one.wanted,
-        }
-        return {**known, "mean": mean, "deviations": shown}
+        shown = []
+        for done in self._on[one.name][-_SHOWN:]:
+            deviation = self.ratio_of(done.touch)[0] / mean - 1 if mean else None
+            shown.append(Deviation(max(done.number, 0) or None, deviation, not done.why))
+        return SpecimenRow(
+            one.name,
+            one.modulus_MPa,
+            one.modulus_uncertainty,
+            len(self.kept[one.name]),
+            one.wanted,
+            mean,
+            shown,
+        )
 
-    def rows(self) -> list[Document]:
-        """Return specimen, whether it is kept, and why not, for each touch of the measurement."""
-        return [
-            {"specimen": done.specimen, "kept": not done.why, "why": done.why}
-            for done in self.present
-        ]
+    def rows(self) -> list[TouchKept]:
+        """Return what is known of each touch of the measurement."""
+        return [TouchKept(done.specimen, not done.why, done.why) for done in self.present]
 
     def known(self) -> list[KnownSpecimen]:
         """Return the specimens of known modulus with their touches."""
@@ -577,19 +635,18 @@ def specimens_of(text: str, wanted: int, unit: str = "MPa") -> list[Specimen]:
     [('30 OO', 0.143), ('gel 7', None), ('70 A', 8.68)]
     >>> specimens_of("30 OO\n30 OO", 4)
     Traceback (most recent call last):
-    palpate.live.feed.RefusedCommand: line 2: got '30 OO' again, allowed: each name once
+    palpate.live.protocol.RefusedCommand: line 2: got '30 OO' again, allowed: each name once
     """
-    read = list(read_lines(text, wanted, unit))
-    if wrong := [
-        f"line {number}: {one}" for number, one in enumerate(read, 1) if isinstance(one, str)
-    ]:
+    specimens = []
+    wrong = []
+    for number, read in enumerate(read_lines(text, wanted, unit), 1):
+        if isinstance(read, Specimen):
+            specimens.append(read)
+        elif read:
+            wrong.append(f"line {number}: {read}")
+    if wrong:
         raise RefusedCommand("\n".join(wrong))
-    return [one for one in read if isinstance(one, Specimen)]
-
-
-def _known_modulus(one: Specimen) -> Document:
-    """Return the modulus of a specimen, MPa, and its relative uncertainty, for the page."""
-    return {"modulus": one.modulus_MPa, "uncertainty": one.modulus_uncertainty}
+    return specimens
 
 
 def read_lines(text: str, wanted: int = 1, unit: str = "MPa") -> Iterator[Specimen | str | None]:

@@ -9,7 +9,7 @@ from typing import Literal, cast
 import uvicorn
 from starlette.types import ASGIApp
 
-from palpate.live.commands import LONGEST
+from palpate.live.page_commands import LONGEST_MESSAGE
 from palpate.live.peers import Connection, Door
 
 WS: Literal["websockets-sansio"] = "websockets-sansio"
@@ -67,7 +67,7 @@ def serve(app: ASGIApp, listening: socket.socket, door: Door) -> None:
         access_log=False,
         server_header=False,
         proxy_headers=False,
-        ws_max_size=LONGEST,
+        ws_max_size=LONGEST_MESSAGE,
         ws_per_message_deflate=False,
         timeout_graceful_shutdown=_GRACE_S,
     )

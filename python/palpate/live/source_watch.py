@@ -13,7 +13,7 @@ from palpate.calibration.origin import (
 )
 from palpate.calibration.provenance import present_time
 from palpate.errors import CalibrationRefused
-from palpate.live.feed import Document
+from palpate.files import Json
 from palpate.live.measurement import LiveMeasurement
 from palpate.live.plan import TouchPlan
 from palpate.sources import Gap
@@ -52,7 +52,7 @@ class SourceWatch(Listener):
         self._reason = ""
         measurement.listeners.append(self)
 
-    def opened(self, device: Document) -> None:
+    def opened(self, device: Json) -> None:
         """Compare when the source is open; CalibrationRefused before the first measurement."""
         self._compare(device, is_first=not self._has_begun)
         self._has_begun = True
@@ -66,7 +66,7 @@ class SourceWatch(Listener):
         """Why the calibration is not used; "": it is used, or there is none."""
         return "" if self._plan.progress.calibration else self._reason
 
-    def _compare(self, device: Document, *, is_first: bool = False) -> None:
+    def _compare(self, device: Json, *, is_first: bool = False) -> None:
         """Use the calibration, or not."""
         origin = ReadingsOrigin.of_device(device)
         self.simulated = origin.simulated
@@ -94,17 +94,17 @@ class SourceWatch(Listener):
         self._unused_file = files.calibration
         files.calibration = None
         self._plan.use_calibration(None)
-        self._measurement.say(f"the calibration is not used: {self._reason}")
+        self._measurement.notify(f"the calibration is not used: {self._reason}")
 
     def _use_again(self, calibration: Calibration) -> None:
         """Use the calibration again: its board is back."""
         self._measurement.files.calibration = self._unused_file
         self._plan.use_calibration(calibration)
-        self._measurement.say("the calibration is used again")
+        self._measurement.notify("the calibration is used again")
 
     def _show(self, remarks: list[str]) -> None:
         """Show each remark once."""
         for remark in remarks:
             if remark and remark not in self._shown:
                 self._shown.add(remark)
-                self._measurement.say(f"calibration: {remark}")
+                self._measurement.notify(f"calibration: {remark}")

@@ -1,15 +1,14 @@
 """Compares a specimen of known modulus, touched while a calibration is used, with it."""
 
 from collections.abc import Sequence
-from typing import Any
 
 from palpate.calibration import Calibration
 from palpate.calibration.assurance import CalibrationVerification, today
 from palpate.calibration.calibration_file import add_verification
 from palpate.calibration.learning import learned_from
-from palpate.live.feed import Document, RefusedCommand
 from palpate.live.measurement import LiveMeasurement
 from palpate.live.plan import KnownSpecimen, TouchPlan
+from palpate.live.protocol import RefusedCommand, VerificationMessage
 from palpate.live.source_watch import SourceWatch
 
 
@@ -28,16 +27,17 @@ class SpecimenCheck:
         self._plan = plan
         self._given = plan.progress.calibration
         self._calibrated: frozenset[str] = frozenset()
-        self._compared: Any = None
+        self._compared: tuple[Calibration, KnownSpecimen, list[KnownSpecimen]] | None = None
         self._found: CalibrationVerification | None = None
         self._kept: CalibrationVerification | None = None
+        plan.on_changed.append(self._note_calibrated)
 
-    def document(self) -> Document:
+    def document(self) -> VerificationMessage:
         """Return the message: the result as a sentence, "": there is none."""
         found = self._newest()
         if found is None:
-            return {"text": "", "agrees": True, "kept": False}
-        return {"text": f"{found}.", "agrees": found.agrees, "kept": found == self._kept}
+            return VerificationMessage("", agrees=True, kept=False)
+        return VerificationMessage(f"{found}.", found.agrees, found == self._kept)
 
     def verify(self) -> str:
         """Add the result to the calibration file; return the message."""
@@ -85,7 +85,6 @@ class SpecimenCheck:
     def _specimen(self, known: Sequence[KnownSpecimen]) -> KnownSpecimen | None:
         """Return the specimen that was touched last, if it can be compared and is done."""
         progress = self._plan.progress
-        self._note_calibrated()
         last = progress.named(progress.last)
         if last is None or last.name in self._calibrated:
             return None

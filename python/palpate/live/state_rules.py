@@ -1,15 +1,15 @@
-"""What to do, and what is wrong: rules from the facts of a moment to a word and a line, the most urgent rule first."""
+"""What to do, and what is wrong: rules from the inputs of a moment to a word and a line, the most urgent rule first."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import chain
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from palpate import number_format
 from palpate.flags import Flag
 from palpate.judgements import Judgement
-from palpate.live.feed import Document
+from palpate.live.protocol import Instruction, NextTouch, ReviewedFile, ShownLine, StatusState
 from palpate.live.signal_state import ChannelSeen, SignalSeen
 from palpate.uncertainty import Uncertainty
 
@@ -27,36 +27,23 @@ DAMAGED = {
 """What `Verification.verdict` says of a recording that is not as it was made."""
 
 
-class Now(NamedTuple):
-    """What to do now: Touch, Hold, Lift, Repeat, Stop, Tare or Wait; File: nothing is measured."""
-
-    word: str
-    sub: str
-    tone: str = "idle"  # idle, busy, good, caution or fault
-    share: float | None = None  # part of the touch that is measured
-
-
 class StatusLine(NamedTuple):
-    """What there is to know; `said`: for a screen reader, in place of a text whose numbers run."""
+    """The status line. Screen readers get `spoken` instead of changing numbers."""
 
     what: str  # a key
     level: str  # quiet, note, caution or fault
     title: str
     text: str
-    said: str = ""
+    spoken: str = ""
 
-    def as_dict(self, since_s: float | None) -> Document:
+    def shown(self, since_s: float | None) -> ShownLine:
         """Return what the page gets; `since_s`: for how long it is shown."""
-        return {
-            "level": self.level,
-            "title": self.title,
-            "text": self.text,
-            "since_s": since_s,
-            "what": self.what,
-        }
+        return ShownLine(self.level, self.title, self.text, since_s, self.what)
 
 
-View = tuple[StatusLine, Now | None]  # a line, and what to do; None: what one would do without it
+View = tuple[
+    StatusLine, Instruction | None
+]  # a line, and what to do; None: what one would do without it
 
 
 @dataclass(frozen=True)
@@ -84,7 +71,7 @@ class PairRate:
 
 
 @dataclass(frozen=True)
-class Facts:
+class StatusInputs:
     """What is known of a measurement at one moment."""
 
     state: str  # of the page: baseline, no contact, contact, adapting, done or ended
@@ -112,7 +99,7 @@ class Facts:
     uncalibrated: str = ""  # why the calibration is not used
     forced: bool = False  # the baseline is by Tare anyway, and no touch has begun since
     result: LastTouch | None = None
-    next: Mapping[str, Any] | None = None  # the next touch: name of its specimen, nth, of
+    next: NextTouch | None = None
     finished: tuple[str, str, str] | None = (
         None  # all specimens are done: title and text of the line, what was done
     )
@@ -129,148 +116,154 @@ class Facts:
         return f" Touch {self.cut} is cut: repeat it." if self.cut else ""
 
 
-def view_of(facts: Facts) -> tuple[Now, StatusLine]:
+def view_of(inputs: StatusInputs) -> tuple[Instruction, StatusLine]:
     """Return what to do, and the most urgent line.
 
     Examples
     --------
-    >>> now, line = view_of(Facts("no contact", troubles={"unplugged": "The board is gone: plug it in again."}))
+    >>> now, line = view_of(StatusInputs("no contact", troubles={"unplugged": "The board is gone: plug it in again."}))
     >>> now.word, now.tone, line.level, line.title
     ('Stop', 'fault', 'fault', 'Unplugged.')
     """
-    now, line = demo(facts, facts.hand) if facts.hand else calm(facts)
+    now, line = demo(inputs, inputs.hand) if inputs.hand else calm(inputs)
     # the hand obeys no order
-    found = (view for view in urgent(facts) if not facts.hand or view[0].level == "fault")
+    found = (view for view in urgent(inputs) if not inputs.hand or view[0].level == "fault")
     line, do = next(found, (line, None))
     return do or now, line
 
 
-def urgent(facts: Facts) -> Iterator[View]:
+def urgent(inputs: StatusInputs) -> Iterator[View]:
     """Return what is wrong, the most urgent first."""
-    faults = _device_faults(facts)
+    faults = _device_faults(inputs)
     return (
         faults
-        if facts.state == "ended"
-        else chain(faults, _signal_faults(facts), _touch_doubts(facts))
+        if inputs.state == "ended"
+        else chain(faults, _signal_faults(inputs), _touch_doubts(inputs))
     )
 
 
-def file_state(file: Mapping[str, Any]) -> Document:
-    """Return word and line of a recording that is shown, as the message `state` has them."""
-    title = DAMAGED.get(file["end"], "")
-    useless = f", {file['refused']} without a value" if file["refused"] else ""
-    counts = f"{file['rows']} rows, {file['missing']} missing{useless}"
-    text = f"A recording: {file['end']}, {counts}. Nothing is being measured."
+def file_state(file: ReviewedFile) -> StatusState:
+    """Return word and line of a recording that is shown."""
+    title = DAMAGED.get(file.end, "")
+    counts = f"{file.rows} rows, {file.missing} missing"
+    if file.refused:
+        counts += f", {file.refused} without a value"
+    text = f"A recording: {file.end}, {counts}. Nothing is being measured."
     line = StatusLine("file", "caution" if title else "quiet", title, text)
-    return {
-        "now": Now("File", file["name"])._asdict(),
-        "line": line.as_dict(None),
-        "announce": text,
-    }
+    return StatusState(Instruction("File", file.name), line.shown(None), text)
 
 
-def _device_faults(facts: Facts) -> Iterator[View]:
+def _device_faults(inputs: StatusInputs) -> Iterator[View]:
     """Yield what is wrong with the measurement, the device and the recording, the most urgent first."""
-    missing = f" {_count(facts.unrecorded, 'pair')} not recorded." if facts.unrecorded else ""
+    missing = f" {_count(inputs.unrecorded, 'pair')} not recorded." if inputs.unrecorded else ""
     again, ended = "Measure again begins a new measurement.", "the measurement has ended"
-    if facts.error:
-        text = f"{_sentence(facts.error)}{missing} {again}"
+    if inputs.error:
+        text = f"{_sentence(inputs.error)}{missing} {again}"
         yield (
             StatusLine("ended", "fault", "The measurement ended with an error.", text),
-            Now("Stop", ended, "fault"),
+            Instruction("Stop", ended, "fault"),
         )
-    elif facts.state == "ended" and not facts.finished:
+    elif inputs.state == "ended" and not inputs.finished:
         yield (
             StatusLine("ended", "note", "Ended.", f"The source has no more samples. {again}"),
-            Now("Stop", ended),
+            Instruction("Stop", ended),
         )
-    if text := facts.troubles.get("unplugged", ""):
-        text = f"{_sentence(text)}{facts.cut_text}{' The recording goes on.' if facts.recording else ''}"
-        now = Now("Stop", "no board: plug it in, it goes on by itself", "fault")
+    if text := inputs.troubles.get("unplugged", ""):
+        text = f"{_sentence(text)}{inputs.cut_text}{' The recording goes on.' if inputs.recording else ''}"
+        now = Instruction("Stop", "no board: plug it in, it goes on by itself", "fault")
         yield StatusLine("unplugged", "fault", "Unplugged.", text), now
-    shared = facts.troubles.get("shared", "")
+    shared = inputs.troubles.get("shared", "")
     if shared:
         yield (
             StatusLine("shared", "fault", "Lines are lost.", _sentence(shared)),
-            Now("Stop", "close the other program", "fault"),
+            Instruction("Stop", "close the other program", "fault"),
         )
-    if text := facts.troubles.get("wiring", ""):
+    if text := inputs.troubles.get("wiring", ""):
         yield (
             StatusLine("wiring", "fault", "Look at the wires.", _sentence(text)),
-            Now("Stop", "a wire is off", "fault"),
+            Instruction("Stop", "a wire is off", "fault"),
         )
-    if facts.silent_s > max(
-        SILENT_S, SILENT_PERIODS * (0 if math.isnan(facts.period_s) else facts.period_s)
+    if inputs.silent_s > max(
+        SILENT_S, SILENT_PERIODS * (0 if math.isnan(inputs.period_s) else inputs.period_s)
     ):
         text = "The source sends nothing. Look at its plug, its cable and its supply."
-        yield StatusLine("silent", "fault", "No data.", text), Now("Wait", "no data comes", "fault")
-    yield from _recording_faults(facts, missing)
+        yield (
+            StatusLine("silent", "fault", "No data.", text),
+            Instruction("Wait", "no data comes", "fault"),
+        )
+    yield from _recording_faults(inputs, missing)
 
 
-def _recording_faults(facts: Facts, missing: str) -> Iterator[View]:
+def _recording_faults(inputs: StatusInputs, missing: str) -> Iterator[View]:
     """Yield what is wrong with the recording; `missing`: how many pairs it lacks, a sentence or nothing."""
-    if text := facts.recording_error:
+    if text := inputs.recording_error:
         text = (
             f"{_sentence(text)}{missing} The measurement goes on; record to another name or disk."
         )
         yield StatusLine("recording", "fault", "The recording failed.", text), None
-    elif facts.rows_wait and facts.unrecorded:
-        text = f"{_sentence(facts.rows_wait)} Make room on the disk: it resumes by itself."
+    elif inputs.rows_wait and inputs.unrecorded:
+        text = f"{_sentence(inputs.rows_wait)} Make room on the disk: it resumes by itself."
         yield StatusLine("rows lost", "fault", "The recording loses rows.", text), None
-    elif facts.rows_wait:
-        text = f"{_sentence(facts.rows_wait)} Make room on the disk; nothing is lost yet."
+    elif inputs.rows_wait:
+        text = f"{_sentence(inputs.rows_wait)} Make room on the disk; nothing is lost yet."
         yield StatusLine("rows wait", "caution", "The recording waits.", text), None
-    if facts.notes_wait:
-        yield StatusLine("notes wait", "caution", "Notes wait.", _sentence(facts.notes_wait)), None
+    if inputs.notes_wait:
+        yield StatusLine("notes wait", "caution", "Notes wait.", _sentence(inputs.notes_wait)), None
 
 
-def _signal_faults(facts: Facts) -> Iterator[View]:
+def _signal_faults(inputs: StatusInputs) -> Iterator[View]:
     """Yield what is wrong with the signal and its baseline, the most urgent first."""
-    channels = facts.seen.channels
-    wait = Now("Wait", "do not touch anything", "caution") if facts.state == "baseline" else None
-    yield from _constant_or_falling(facts)
-    if text := facts.seen.touching:
+    channels = inputs.seen.channels
+    wait = (
+        Instruction("Wait", "do not touch anything", "caution")
+        if inputs.state == "baseline"
+        else None
+    )
+    yield from _constant_or_falling(inputs)
+    if text := inputs.seen.touching:
         text = f"Something touches: {text}. No baseline is taken from it."
         yield (
             StatusLine("touched", "caution", "Lift the probe.", text),
-            Now("Lift", "and hold it in the air", "caution"),
+            Instruction("Lift", "and hold it in the air", "caution"),
         )
-    if facts.outside:
+    if inputs.outside:
         do = (
             "lift the probe, then press Centre"
-            if facts.can_centre
+            if inputs.can_centre
             else "set the range of the source again"
         )
-        text = f"The {_subject(facts.outside)} outside the range of the converter without a touch. {_sentence(do)}"
-        yield StatusLine("range", "fault", "Out of range.", text), Now("Stop", do, "fault")
-    if facts.pressed and (limited := [one for one in channels if one.limit_s >= LIMIT_S]):
-        limit = f", {facts.full_scale_pF:.3f} pF" if math.isfinite(facts.full_scale_pF) else ""
+        text = f"The {_subject(inputs.outside)} outside the range of the converter without a touch. {_sentence(do)}"
+        yield StatusLine("range", "fault", "Out of range.", text), Instruction("Stop", do, "fault")
+    if inputs.pressed and (limited := [one for one in channels if one.limit_s >= LIMIT_S]):
+        limit = f", {inputs.full_scale_pF:.3f} pF" if math.isfinite(inputs.full_scale_pF) else ""
         said = f"The {_subject([one.name for one in limited])} at the limit"
         long_s = max(one.limit_s for one in limited)
         text = (
             f"{said}{limit}, for {long_s:.1f} s of this touch. Press less: half of this is enough."
         )
         line = StatusLine("saturated", "caution", "Saturated.", text, f"{said}. Press less.")
-        yield line, Now("Repeat", "lift, then press less", "caution")
-    yield from _at_its_end(facts)
-    if facts.state == "no contact" and (low := [one for one in channels if one.below_s >= BELOW_S]):
+        yield line, Instruction("Repeat", "lift, then press less", "caution")
+    yield from _at_its_end(inputs)
+    if inputs.state == "no contact" and (
+        low := [one for one in channels if one.below_s >= BELOW_S]
+    ):
         who, deep = _subject([one.name for one in low]), max(one.below_pF for one in low)
         text = f"The {who} {deep:.2f} pF below the baseline: something was touched while taring, or it jumped."
         line = StatusLine(
             "baseline", "fault", "Baseline lost.", text, f"The {who} below the baseline."
         )
-        yield line, Now("Tare", "lift the probe, then press T", "fault")
-    if facts.gap:
-        lost = f": {_count(facts.lost, 'pair')} lost" if facts.lost else ""
-        text = f"{_sentence(facts.gap + lost)}{facts.cut_text} The baseline is measured again."
+        yield line, Instruction("Tare", "lift the probe, then press T", "fault")
+    if inputs.gap:
+        lost = f": {_count(inputs.lost, 'pair')} lost" if inputs.lost else ""
+        text = f"{_sentence(inputs.gap + lost)}{inputs.cut_text} The baseline is measured again."
         yield StatusLine("gap", "caution", "It goes on after a gap.", text), wait
-    if facts.retaken:
+    if inputs.retaken:
         why = "The channels fell far below it: it had been measured in contact, or it jumped."
         text = f"{why} It is measured again; a touch before may be wrong, and is flagged."
         yield StatusLine("baseline", "caution", "Baseline lost.", text), wait
-    if facts.news:
-        title = _NEWS.get(facts.news.name, "Look at the signal.")
-        yield StatusLine("news", "caution", title, _sentence(facts.news.text)), None
+    if inputs.news:
+        title = _NEWS.get(inputs.news.name, "Look at the signal.")
+        yield StatusLine("news", "caution", title, _sentence(inputs.news.text)), None
 
 
 _NEWS = {
@@ -281,32 +274,32 @@ _NEWS = {
 }
 
 
-def _constant_or_falling(facts: Facts) -> Iterator[View]:
+def _constant_or_falling(inputs: StatusInputs) -> Iterator[View]:
     """Yield what is wrong with channels as a whole: they do not change, or fall when pressed."""
-    constant = [one for one in facts.seen.channels if one.constant_s >= CONSTANT_S]
-    if constant and not _judged(facts, "saturated"):
-        yield _constant(constant, _judged(facts, "frozen"))
-    if text := _judged(facts, "falling"):
-        now = Now(
+    constant = [one for one in inputs.seen.channels if one.constant_s >= CONSTANT_S]
+    if constant and not _judged(inputs, "saturated"):
+        yield _constant(constant, _judged(inputs, "frozen"))
+    if text := _judged(inputs, "falling"):
+        now = Instruction(
             "Stop", "exchange the wires and press T, or begin again with --falling", "caution"
         )
         yield StatusLine("falling", "caution", "It falls when pressed.", text), now
 
 
-def _at_its_end(facts: Facts) -> Iterator[View]:
+def _at_its_end(inputs: StatusInputs) -> Iterator[View]:
     """Yield that channels are at the end of their range; in contact the press may be too deep."""
-    text = _judged(facts, "saturated")
-    if text and facts.pressed:
-        now = Now("Repeat", "lift, then press less, or set the range", "caution")
+    text = _judged(inputs, "saturated")
+    if text and inputs.pressed:
+        now = Instruction("Repeat", "lift, then press less, or set the range", "caution")
         yield StatusLine("at its end", "caution", "Saturated.", text), now
     elif text:
-        now = Now("Stop", "look at the wires, and set the range", "fault")
+        now = Instruction("Stop", "look at the wires, and set the range", "fault")
         yield StatusLine("at its end", "fault", "Saturated.", text), now
 
 
-def _judged(facts: Facts, name: str) -> str:
+def _judged(inputs: StatusInputs, name: str) -> str:
     """Return the sentences of the judgements of this name that hold; "": none."""
-    return " ".join(_sentence(each.text) for each in facts.judged if each.name == name)
+    return " ".join(_sentence(each.text) for each in inputs.judged if each.name == name)
 
 
 def _constant(channels: Sequence[ChannelSeen], frozen: str) -> View:
@@ -316,9 +309,9 @@ def _constant(channels: Sequence[ChannelSeen], frozen: str) -> View:
     """
     if len(channels) == 2 and not any(one.reading for one in channels):
         text = "Both channels read 0.000 pF. Wire the hard gauge and the soft one to their inputs."
-        now = Now("Stop", "nothing is wired to the inputs", "fault")
+        now = Instruction("Stop", "nothing is wired to the inputs", "fault")
         return StatusLine("unwired", "fault", "Nothing wired.", text), now
-    now = Now("Stop", "look at the wires", "caution")
+    now = Instruction("Stop", "look at the wires", "caution")
     if frozen:
         return StatusLine("constant", "caution", "Nothing changes.", frozen), now
     who = f"The {channels[0].name} channel reads" if len(channels) == 1 else "Both channels read"
@@ -327,17 +320,15 @@ def _constant(channels: Sequence[ChannelSeen], frozen: str) -> View:
     return StatusLine("constant", "caution", "Nothing changes.", text), now
 
 
-def _touch_doubts(facts: Facts) -> Iterator[View]:
+def _touch_doubts(inputs: StatusInputs) -> Iterator[View]:
     """Yield what is doubtful about touches, the pace and the wiring, the most urgent first."""
-    result, between = facts.result, facts.state not in ("contact", "adapting")
+    result, between = inputs.result, inputs.state not in ("contact", "adapting")
     if result and result.swapped and between:
         line = StatusLine("swapped", "caution", "Inputs exchanged?", _sentence(result.swapped))
-        yield line, Now("Stop", "look at the two wires", "caution")
+        yield line, Instruction("Stop", "look at the two wires", "caution")
     if result and result.why and between:
-        lift, name = (
-            "lift, " if facts.pressed else "",
-            f" {(facts.next or {}).get('name') or ''}".rstrip(),
-        )
+        lift = "lift, " if inputs.pressed else ""
+        name = f" {inputs.next.name}" if inputs.next else ""
         hints = [flag.meaning.hint for flag in result.flags if flag.meaning.hint]
         how = f"{hints[0]}, " if hints else ""
         line = StatusLine(
@@ -345,22 +336,25 @@ def _touch_doubts(facts: Facts) -> Iterator[View]:
         )
         yield (
             line,
-            Now(
-                "Repeat", f"{lift}{how}touch{name} again", "caution", 1.0 if facts.pressed else None
+            Instruction(
+                "Repeat",
+                f"{lift}{how}touch{name} again",
+                "caution",
+                1.0 if inputs.pressed else None,
             ),
         )
-    if not result and facts.state == "no contact" and (text := facts.troubles.get("hint", "")):
+    if not result and inputs.state == "no contact" and (text := inputs.troubles.get("hint", "")):
         yield StatusLine("hint", "note", "Wiring.", _sentence(text)), None
-    if (told := slow(facts)) and not facts.slow_told:
+    if (told := slow(inputs)) and not inputs.slow_told:
         yield told, None
-    if facts.uncalibrated:  # last: it lasts, and would hide the others
-        text = _sentence(facts.uncalibrated)
+    if inputs.uncalibrated:  # last: it lasts, and would hide the others
+        text = _sentence(inputs.uncalibrated)
         yield StatusLine("calibration", "caution", "The calibration is not used.", text), None
 
 
-def slow(facts: Facts) -> StatusLine | None:
+def slow(inputs: StatusInputs) -> StatusLine | None:
     """Say that the computer is too slow for the pairs, and what that costs."""
-    pace = facts.pace
+    pace = inputs.pace
     few = pace.read >= FEWEST and pace.per_s < SLOW_SHARE * pace.nominal_per_s
     if not (few or pace.dropped):
         return None
@@ -369,7 +363,7 @@ def slow(facts: Facts) -> StatusLine | None:
         [f"{pace.dropped} pairs were not estimated; a recording has them."] if pace.dropped else []
     )
     cost = "What it costs is known after a touch."
-    if facts.result and (known := facts.result.known) and math.isfinite(known.uncertainty):
+    if inputs.result and (known := inputs.result.known) and math.isfinite(known.uncertainty):
         share = min(pace.per_s / pace.nominal_per_s, 1.0) if few else 1.0
         before, now = (
             number_format.error(one.uncertainty)
@@ -385,79 +379,84 @@ def slow(facts: Facts) -> StatusLine | None:
     )
 
 
-def calm(facts: Facts) -> tuple[Now, StatusLine]:
+def calm(inputs: StatusInputs) -> tuple[Instruction, StatusLine]:
     """Return what to do if nothing is wrong, and what goes on."""
-    seen, kept, following = facts.seen, _kept(facts), _next(facts)
-    if facts.state == "done":
-        return _complete(facts, following)
-    if facts.pressed:
+    seen, kept, following = inputs.seen, _kept(inputs), _next(inputs)
+    if inputs.state == "done":
+        return _complete(inputs, following)
+    if inputs.pressed:
         sub = f"{seen.contact_s:.0f} s so far" if seen.contact_s else "measuring"
         if math.isfinite(seen.left_s):
             sub = f"{seen.left_s:.1f} s more"
-        about = f" {_sentence(following)}" if facts.next else ""
-        return Now("Hold", sub, "busy", seen.share), StatusLine(
+        about = f" {_sentence(following)}" if inputs.next else ""
+        return Instruction("Hold", sub, "busy", seen.share), StatusLine(
             "contact", "quiet", "", f"Measuring.{about}"
         )
-    if facts.state != "baseline":
-        if facts.finished:
-            title, text, sub = facts.finished
-            return Now("Done", sub, "good"), StatusLine("finished", "note", title, text)
+    if inputs.state != "baseline":
+        if inputs.finished:
+            title, text, sub = inputs.finished
+            return Instruction("Done", sub, "good"), StatusLine("finished", "note", title, text)
         noise = max(one.noise_pF for one in seen.channels)
         told = f"Noise {1e3 * noise:.2g} fF." if math.isfinite(noise) else ""
         doubt = (
             ", if nothing was touched at Tare anyway; else lift the probe, and press Tare"
-            if facts.forced
+            if inputs.forced
             else ""
         )
         text = " ".join(part for part in (f"Ready{doubt}.", kept, told) if part)
-        sub = f"{following}: press, and hold" if facts.next else "press, and hold"
-        return Now("Touch", sub), StatusLine("ready", "quiet", "", text, f"Ready{doubt}.")
-    if facts.result and not facts.result.revised:
+        sub = f"{following}: press, and hold" if inputs.next else "press, and hold"
+        return Instruction("Touch", sub), StatusLine("ready", "quiet", "", text, f"Ready{doubt}.")
+    if inputs.result and not inputs.result.revised:
         text = f"{kept} Its result is revised when the baseline after it is known."
-        return Now("Wait", "a second without touching"), StatusLine(
+        return Instruction("Wait", "a second without touching"), StatusLine(
             "after", "quiet", "", text.strip()
         )
     line = StatusLine("first baseline", "quiet", "", "The baseline is being measured.")
-    return Now("Wait", "do not touch anything"), line
+    return Instruction("Wait", "do not touch anything"), line
 
 
-def _complete(facts: Facts, following: str) -> tuple[Now, StatusLine]:
-    kept = _kept(facts) or "The touch is complete."
-    sub = f"kept; then {following}" if facts.next else "the touch is complete"
-    if facts.result and facts.result.late:
-        sub = f"touch {facts.result.number} counts · {facts.result.late}"
-    now = Now("Lift", sub, "good", 1.0)
-    if facts.seen.done_s > LONG_S:
+def _complete(inputs: StatusInputs, following: str) -> tuple[Instruction, StatusLine]:
+    kept = _kept(inputs) or "The touch is complete."
+    sub = f"kept; then {following}" if inputs.next else "the touch is complete"
+    if inputs.result and inputs.result.late:
+        sub = f"touch {inputs.result.number} counts · {inputs.result.late}"
+    now = Instruction("Lift", sub, "good", 1.0)
+    if inputs.seen.done_s > LONG_S:
         text = f"{kept} The next touch needs a new contact."
         return now, StatusLine("left in contact", "note", "Lift the probe.", text)
     return now, StatusLine("done", "quiet", "", kept, "Complete.")
 
 
-def demo(facts: Facts, hand: tuple[str, str]) -> tuple[Now, StatusLine]:
+def demo(inputs: StatusInputs, hand: tuple[str, str]) -> tuple[Instruction, StatusLine]:
     """Return what the simulated hand does, in words for someone without a probe."""
     on, then = hand
     text = "A simulated hand touches four specimens, round after round. With your board: `palpate doctor`"
     line = StatusLine("demo", "note", "Simulation.", text)
-    if facts.state == "done":
-        return Now("Lifting", f"the touch on {on} is complete", "good", 1.0), line
-    if facts.pressed:
-        left = f": {facts.seen.left_s:.1f} s more" if math.isfinite(facts.seen.left_s) else ""
-        return Now("Holding", f"the hand presses on {on}{left}", "busy", facts.seen.share), line
-    if facts.state == "baseline" and not facts.result:
-        return Now("Waiting", "the baseline is being measured"), line
-    return Now(
+    if inputs.state == "done":
+        return Instruction("Lifting", f"the touch on {on} is complete", "good", 1.0), line
+    if inputs.pressed:
+        left = f": {inputs.seen.left_s:.1f} s more" if math.isfinite(inputs.seen.left_s) else ""
+        return Instruction(
+            "Holding", f"the hand presses on {on}{left}", "busy", inputs.seen.share
+        ), line
+    if inputs.state == "baseline" and not inputs.result:
+        return Instruction("Waiting", "the baseline is being measured"), line
+    return Instruction(
         "Lifted", f"next, the hand touches {then}" if then else "the next round follows"
     ), line
 
 
-def _kept(facts: Facts) -> str:
-    return f"Touch {facts.result.number} is kept." if facts.result and not facts.result.why else ""
+def _kept(inputs: StatusInputs) -> str:
+    return (
+        f"Touch {inputs.result.number} is kept." if inputs.result and not inputs.result.why else ""
+    )
 
 
-def _next(facts: Facts) -> str:
-    given = facts.next or {}
-    counted = f"touch {given['nth']} of {given['of']}" if given.get("of") else "the next touch"
-    return f"{given['name']}, {counted}" if given.get("name") else counted
+def _next(inputs: StatusInputs) -> str:
+    following = inputs.next
+    if not following:
+        return "the next touch"
+    return f"{following.name}, touch {following.nth} of {following.of}"
 
 
 def _subject(names: Sequence[str]) -> str:

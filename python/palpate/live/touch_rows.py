@@ -1,24 +1,45 @@
-"""The table of touches on the page, and the values of `hello` and `state` beside it: plain values, ready for JSON."""
+"""The table of touches on the page, and the values of `hello` and `state` beside it."""
 
 import math
-from collections.abc import Sequence
-from itertools import count
+from dataclasses import dataclass
 
-from palpate import number_format
+from msgspec import UNSET, UnsetType
+
 from palpate._core import Tracker
 from palpate.ad7746.registers import linearity_pF
 from palpate.calibration import Calibration, Modulus
 from palpate.calibration.learning import LearnedCalibration, learned_from
 from palpate.calibration.ranges import wider
+from palpate.files import Json
 from palpate.flags import advice
-from palpate.live.feed import Document
-from palpate.live.measurement import PRESSED, AnyMeasurement
-from palpate.live.plan import TouchPlan
+from palpate.live.measurement import PRESSED, Measurement
+from palpate.live.plan import TouchKept, TouchPlan
+from palpate.live.protocol import (
+    HelloMessage,
+    RatioState,
+    ShownAgreement,
+    ShownModulus,
+    ShownScatter,
+    ShownTrend,
+    SimulatedPress,
+    SimulationFacts,
+    TouchesMessage,
+    TouchRow,
+)
 from palpate.recording import sidecar
 from palpate.repeatability import Agreement, agreement, most_reliable, session_scatter, with_scatter
 from palpate.touch import Touch
 from palpate.tracking import given_levels, has_given_baseline
 from palpate.uncertainty import TOUCH_SCATTER, Scatter, Uncertainty
+
+
+@dataclass(frozen=True)
+class _Counted:
+    """What the touches show together, for one version of the plan."""
+
+    version: int
+    scatter: Scatter
+    learned: LearnedCalibration | None
 
 
 class TouchTable:
@@ -28,185 +49,241 @@ class TouchTable:
     """
 
     def __init__(
-        self, measurement: AnyMeasurement, plan: TouchPlan, scatter: float = TOUCH_SCATTER
+        self, measurement: Measurement, plan: TouchPlan, scatter: float = TOUCH_SCATTER
     ) -> None:
-        self._measurement, self._plan, self._scatter = measurement, plan, scatter
-        # by touch: what it is made of, and the row
-        self._rows: dict[int, tuple[tuple[object, ...], Document]] = {}
-        self._shown: tuple[tuple[object, ...], Document] | None = None
+        self._measurement = measurement
+        self._plan = plan
+        self._scatter = scatter
         self._assumed = None if plan.progress.calibration else scatter
-        self._learned: LearnedCalibration | None = None
+        # by number: what it is made of, and the row
+        self._rows: dict[int, tuple[tuple[object, ...], TouchRow]] = {}
+        self._counted: _Counted | None = None
+        self._message: TouchesMessage | None = None
+        self._shown_version = -1
 
     @property
     def calibration(self) -> Calibration | None:
         """The calibration of the plan; a new one holds for all touches."""
         return self._plan.progress.calibration
 
-    def hello(self, source: str) -> Document:
+    def hello(self, source: str) -> HelloMessage:
         """Return the values that do not change during a measurement."""
-        measurement, tracker = self._measurement, self._measurement.tracker
+        measurement = self._measurement
+        tracker = measurement.tracker
         device = measurement.device()
-        simulation = {
-            "demo": measurement.demo,
-            "truths": [truth._asdict() for truth in measurement.truths],
-        }
-        named = device["device"] if isinstance(device.get("device"), dict) else device
-        return {
-            "measurement": measurement.number,
-            "kind": "file" if measurement.file else "live",
-            "file": measurement.file,
-            "origin_s": measurement.levels.span and measurement.levels.span[0],
-            "seconds": tracker.settings.get("seconds"),
-            "source": source,
-            "simulation": simulation if sidecar.is_simulated(device) else None,
-            "device": ", ".join(str(named[key]) for key in ("name", "file") if key in named),
-            "scene": tracker.scene,
-            "stated": _stated(tracker),
-            "threshold": tracker.threshold if tracker.threshold < math.inf else None,
-            "calibrated": self.calibration is not None,
-            "scatter": self.calibration.touch_spread if self.calibration else None,
-            "assumed": self._assumed,
-        }
+        span = measurement.levels.span
+        return HelloMessage(
+            measurement=measurement.number,
+            kind="file" if measurement.file else "live",
+            file=measurement.file,
+            origin_s=span[0] if span else None,
+            seconds=tracker.settings.get("seconds"),
+            source=source,
+            simulation=_simulation(measurement, device),
+            device=_device_name(device),
+            scene=tracker.scene,
+            stated=_stated(tracker),
+            threshold=tracker.threshold if tracker.threshold < math.inf else None,
+            calibrated=self.calibration is not None,
+            scatter=self.calibration.touch_spread if self.calibration else None,
+            assumed=self._assumed,
+        )
 
-    def now(self) -> Document:
+    def now(self) -> RatioState:
         """Return the values that change during a measurement."""
         measurement = self._measurement
-        moment = measurement.moment
-        measured = moment.state in PRESSED
-        ratio, error = (moment.ratio, moment.standard_error) if measured else (math.nan, math.nan)
-        known, modulus = Uncertainty.of_ratio(ratio, error, self._scatter_now()), None
+        tracker = measurement.tracker_state
+        ratio = error = math.nan
+        if tracker.state in PRESSED:
+            ratio = tracker.ratio
+            error = tracker.standard_error
+        known = Uncertainty.of_ratio(ratio, error, self._scatter_now())
+        modulus = None
         # a level ratio: at the end only
         if self.calibration and self.calibration.ratio == "hold" and math.isfinite(ratio):
             noise = known.noise if math.isfinite(known.noise) else None
-            modulus = self.calibration.modulus(ratio, noise).as_dict()
-        return {
-            "state": measurement.state,
-            "end_s": measurement.levels.span and measurement.levels.span[1],
-            "ratio": ratio,
-            "standard_error": error,
-            **known.as_dict(),
-            "modulus": modulus,
-        }
+            modulus = shown_modulus(self.calibration.modulus(ratio, noise))
+        span = measurement.levels.span
+        return RatioState(
+            measurement.state,
+            span[1] if span else None,
+            ratio,
+            error,
+            known.uncertainty,
+            known.source,
+            modulus,
+        )
 
     def result(self, touch: Touch) -> str:
         """Return the ratio of a touch with its uncertainty, and its modulus if there is a calibration."""
-        modulus = f", modulus {self._modulus_of(touch)}" if self.calibration else ""
-        return f"ratio {self.known(touch)}{modulus}"
-
-    def _modulus_of(self, touch: Touch) -> Modulus:
-        """Return the modulus of a touch, with what the touches so far show of the contact exponent."""
-        found = self._learned.calibration if self._learned else self.calibration
-        assert found is not None
-        return found.modulus_of(touch)
-
-    def _learn(self, touches: Sequence[Touch], known: Sequence[Document]) -> None:
-        """Learn the contact exponent from the kept touches; the same range as before: nothing changes."""
-        if self.calibration is None:
-            self._learned = None
-            return
-        objects: dict[str, list[Touch]] = {}
-        for touch, row in zip(touches, known, strict=False):
-            if row["kept"]:
-                objects.setdefault(row["specimen"] or "", []).append(touch)
-        learned = learned_from(self.calibration, objects)
-        if self._learned is None or learned.sentence != self._learned.sentence:
-            self._learned = learned
+        text = f"ratio {self.known(touch)}"
+        modulus = self._modulus_of(touch)
+        return f"{text}, modulus {modulus}" if modulus else text
 
     def known(self, touch: Touch) -> Uncertainty:
         """Return the uncertainty of a touch, with the scatter that holds now."""
-        return self._of(touch, self._scatter_now())
+        return self._uncertainty(touch, self._scatter_now())
 
-    def document(self) -> Document:
+    def document(self) -> TouchesMessage:
         """Return a row for each completed touch; whether they agree; the number of the most reliable one if they do.
 
-        A row stays the same object until it changes. What one more touch changes in all rows is beside them: `scatter`,
-        for the uncertainties, and `means` of the specimens, for the distances from them.
+        The message stays the same object until the plan changes, and a row until its touch does. What one more touch
+        changes in all rows is beside them: `scatter`, for the uncertainties, and `means` of the specimens, for the
+        distances from them.
         """
-        made_of = touches, known, _ = self._measurement.touches, self._plan.rows, self.calibration
-        if self._shown is None or any(
-            one is not other for one, other in zip(self._shown[0], made_of, strict=True)
-        ):
-            # the plan may lack the newest one yet
-            self._shown = (made_of, self._document(touches[: len(known)], known))
-        return self._shown[1]
+        version = self._plan.version
+        if self._message is None or version != self._shown_version:
+            self._message = self._document()
+            self._shown_version = version
+        return self._message
 
-    def _document(self, touches: list[Touch], known: Sequence[Document]) -> Document:
-        self._learn(touches, known)
-        each = zip(touches, known, strict=False)  # on the last specimen
-        alike = [
-            one
-            for one, row in each
-            if row["kept"] and row["specimen"] == known[len(touches) - 1]["specimen"]
-        ]
-        found, best, together = self._agreement(alike), None, None
-        if found and found.agree:
-            accepted, ratio_of = (
-                self.calibration.accepted if self.calibration else (),
-                self._plan.progress.ratio_of,
-            )
-            best = (
-                touches.index(
-                    most_reliable(alike, scatter=None, accept=accepted, ratio_of=ratio_of)
-                )
-                + 1
-            )
-        if found and found.touches > 1:
-            modulus = None
-            text = str(found)
-            if self._learned and found.agree:
-                modulus = self._learned.calibration.mean_modulus(alike).as_dict()
-                if self._learned.sentence:
-                    text = f"{text}. {self._learned.sentence}"
-            together = {**found.as_dict(), "modulus": modulus, "text": text}
-        rows = [self._row(*one) for one in zip(count(1), touches, known)]
-        now, means = self._scatter_now(), self._plan.progress.means
-        return {
-            "rows": rows,
-            "scatter": {"share": now.share, "source": now.source},
-            "means": means,
-            "most_reliable": best,
-            "together": together,
-        }
+    def _document(self) -> TouchesMessage:
+        known = self._plan.rows
+        touches = self._measurement.touches[: len(known)]
+        known = known[: len(touches)]
+        alike = []  # on the last specimen
+        for touch, row in zip(touches, known, strict=True):
+            if row.kept and row.specimen == known[-1].specimen:
+                alike.append(touch)
+        found = self._agreement(alike)
+        rows = []
+        for number, (touch, row) in enumerate(zip(touches, known, strict=True), 1):
+            rows.append(self._row(number, touch, row))
+        scatter = self._scatter_now()
+        return TouchesMessage(
+            rows=rows,
+            scatter=ShownScatter(scatter.share, scatter.source),
+            means=self._plan.progress.means,
+            most_reliable=self._most_reliable(touches, alike, found),
+            together=self._together(alike, found),
+            count=len(rows),
+        )
 
-    def _row(self, number: int, touch: Touch, known: Document) -> Document:
-        of = self._measurement.number, touch.revised, self._learned, known
-        if number not in self._rows or self._rows[number][0] != of:
-            modulus = self._modulus_of(touch).as_dict() if self.calibration else None
-            remarks = list(map(str, advice(touch)))
-            if self.calibration:
-                remarks += map(wider, self.calibration.differences(touch))
-            ratio, error = self._plan.progress.ratio_of(touch)
-            used = number_format.plain({"ratio": ratio, "standard_error": error})
-            more = {
-                "end_s": self._measurement.ends.get(number),
-                "modulus": modulus,
-                "advice": remarks,
-            }
-            own_error = self._of(touch, Scatter(0.0)).uncertainty
-            row = {
-                "number": number,
-                **touch.as_dict(),
-                **used,
-                **more,
-                "own_error": own_error,
-                **known,
-            }
-            self._rows[number] = of, row
-        return self._rows[number][1]
+    def _most_reliable(
+        self, touches: list[Touch], alike: list[Touch], found: Agreement | None
+    ) -> int | None:
+        """Return the number of the most reliable touch; None: they do not agree."""
+        if found is None or not found.agree:
+            return None
+        best = most_reliable(
+            alike,
+            scatter=None,
+            accept=self.calibration.accepted if self.calibration else (),
+            ratio_of=self._plan.progress.ratio_of,
+        )
+        return touches.index(best) + 1
 
-    def _of(self, touch: Touch, scatter: Scatter) -> Uncertainty:
+    def _together(self, alike: list[Touch], found: Agreement | None) -> ShownAgreement | None:
+        """Return what several touches show together, with their modulus."""
+        if found is None or found.touches < 2:
+            return None
+        learned = self._counts().learned
+        modulus = None
+        text = str(found)
+        if learned and found.agree:
+            modulus = shown_modulus(learned.calibration.mean_modulus(alike))
+            if learned.sentence:
+                text = f"{text}. {learned.sentence}"
+        return shown_agreement(found, text, modulus)
+
+    def _row(self, number: int, touch: Touch, known: TouchKept) -> TouchRow:
+        made_of = (self._measurement.number, touch.revised, self._counts().learned, known)
+        if number in self._rows and self._rows[number][0] == made_of:
+            return self._rows[number][1]
+        row = self._new_row(number, touch, known)
+        self._rows[number] = (made_of, row)
+        return row
+
+    def _new_row(self, number: int, touch: Touch, known: TouchKept) -> TouchRow:
+        ratio, standard_error = self._plan.progress.ratio_of(touch)
+        modulus = self._modulus_of(touch)
+        remarks = list(map(str, advice(touch)))
+        if self.calibration:
+            remarks += map(wider, self.calibration.differences(touch))
+        return TouchRow(
+            number=number,
+            start=touch.start,
+            start_s=touch.start_s,
+            samples=touch.samples,
+            ratio=ratio,
+            covariance=touch.covariance,
+            standard_error=standard_error,
+            revised=touch.revised,
+            first_ratio=touch.first_ratio,
+            first_standard_error=touch.first_standard_error,
+            level_ratio=touch.level_ratio,
+            level_standard_error=touch.level_standard_error,
+            contact_exponent=touch.contact_exponent,
+            depth_pF=touch.depth_pF,
+            rise_s=touch.rise_s,
+            age_s=touch.age_s,
+            ratio_before=touch.ratio_before,
+            before_standard_error=touch.before_standard_error,
+            ratio_after=touch.ratio_after,
+            after_standard_error=touch.after_standard_error,
+            offset_ratio=touch.offset_ratio,
+            offset_standard_error=touch.offset_standard_error,
+            effects=touch.effects,
+            alarm_share=touch.alarm_share,
+            saturated=touch.saturated,
+            refused=touch.refused,
+            flags=[flag.value for flag in touch.flags],
+            outliers=touch.outliers,
+            end_s=self._measurement.ends.get(number),
+            modulus=shown_modulus(modulus) if modulus else None,
+            advice=remarks,
+            own_error=self._uncertainty(touch, Scatter(0.0)).uncertainty,
+            specimen=known.specimen,
+            kept=known.kept,
+            why=known.why,
+        )
+
+    def _modulus_of(self, touch: Touch) -> Modulus | None:
+        """Return the modulus of a touch, with what the touches so far show of the contact exponent."""
+        learned = self._counts().learned
+        found = learned.calibration if learned else self.calibration
+        return found.modulus_of(touch) if found else None
+
+    def _uncertainty(self, touch: Touch, scatter: Scatter) -> Uncertainty:
         linearity = linearity_pF(self._measurement.tracker.settings["full_scale"])
         return Uncertainty.of(touch, scatter, linearity, self._plan.progress.ratio_of)
 
     def _scatter_now(self) -> Scatter:
         """Return the scatter of the calibration, else of the touches that are kept, else the assumed one."""
+        return self._counts().scatter
+
+    def _counts(self) -> _Counted:
+        """Return what the touches show together; computed again when the plan has changed."""
+        version = self._plan.version
+        if self._counted is None or self._counted.version != version:
+            learned = self._counted.learned if self._counted else None
+            self._counted = _Counted(version, self._scatter_of_touches(), self._learn(learned))
+        return self._counted
+
+    def _scatter_of_touches(self) -> Scatter:
         if self.calibration:
             return self.calibration.touch_scatter
-        pairs = zip(self._plan.rows, self._measurement.touches, strict=False)
-        kept = ((row["specimen"], touch) for row, touch in pairs if row["kept"])
+        kept = []
+        for row, touch in zip(self._plan.rows, self._measurement.touches, strict=False):
+            if row.kept:
+                kept.append((row.specimen, touch))
         found = session_scatter(kept, self._plan.progress.ratio_of)
-        assumed = found.source == "assumed" or self._measurement.demo  # as its text says
-        return Scatter(self._scatter) if assumed else found
+        if found.source == "assumed" or self._measurement.demo:  # as its text says
+            return Scatter(self._scatter)
+        return found
+
+    def _learn(self, before: LearnedCalibration | None) -> LearnedCalibration | None:
+        """Learn the contact exponent from the kept touches; the same range as before: nothing changes."""
+        if self.calibration is None:
+            return None
+        objects: dict[str, list[Touch]] = {}
+        for touch, row in zip(self._measurement.touches, self._plan.rows, strict=False):
+            if row.kept:
+                objects.setdefault(row.specimen or "", []).append(touch)
+        learned = learned_from(self.calibration, objects)
+        if before is not None and learned.sentence == before.sentence:
+            return before
+        return learned
 
     def _agreement(self, touches: list[Touch]) -> Agreement | None:
         """Return whether the touches agree; None if none is usable."""
@@ -219,9 +296,58 @@ class TouchTable:
             return None
 
 
+def shown_modulus(modulus: Modulus) -> ShownModulus:
+    """Return a modulus for the page."""
+    return ShownModulus(
+        modulus.value,
+        modulus.low,
+        modulus.high,
+        str(modulus),
+        modulus.reason,
+        modulus.extrapolated,
+    )
+
+
+def shown_agreement(
+    found: Agreement, text: str, modulus: ShownModulus | UnsetType | None = UNSET
+) -> ShownAgreement:
+    """Return an agreement for the page: the mean only if the touches agree."""
+    trend = found.trend
+    return ShownAgreement(
+        agree=found.agree,
+        ratio=found.ratio if found.agree else None,
+        standard_error=found.standard_error if found.agree else None,
+        touches=found.touches,
+        spread=found.spread,
+        scatter=found.scatter,
+        probability=found.probability,
+        cause=found.cause,
+        trend=ShownTrend(trend.change, trend.probability) if trend else None,
+        without_tilt=found.without_tilt,
+        text=text,
+        modulus=modulus,
+    )
+
+
+def _simulation(measurement: Measurement, device: Json) -> SimulationFacts | None:
+    """Return what is known of a simulation; None: it is none."""
+    if not sidecar.is_simulated(device):
+        return None
+    truths = [SimulatedPress(one.start_s, one.ratio, one.name) for one in measurement.truths]
+    return SimulationFacts(measurement.demo, truths)
+
+
+def _device_name(device: Json) -> str:
+    """Return the name of a device, and its file."""
+    named = device["device"] if isinstance(device.get("device"), dict) else device
+    return ", ".join(str(named[key]) for key in ("name", "file") if key in named)
+
+
 def _stated(tracker: Tracker) -> list[str]:
     """Return what the user has stated of the probe: that it falls when pressed, and its baseline."""
-    stated = ["falling"] if tracker.settings.get("falling") else []
+    stated = []
+    if tracker.settings.get("falling"):
+        stated.append("falling")
     if has_given_baseline(tracker):
         hard, soft = given_levels(tracker)
         levels = f"{hard:g} and {soft:g} pF" if hard or soft else "zero"

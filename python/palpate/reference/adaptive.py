@@ -399,7 +399,8 @@ class AdaptiveWindow:
 
     def _weight(self, regressor: Any) -> Any:
         """Return the mean of the earlier regressors; the regressor itself if both differ by a factor of 4 or in sign."""
-        mean, x = abs(self.instrument), abs(regressor)
+        mean = abs(self.instrument)
+        x = abs(regressor)
         if not self.instrument * regressor > 0:
             return regressor
         near = self.decisions.above(4 * x, mean) and self.decisions.above(4 * mean, x)

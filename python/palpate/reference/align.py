@@ -107,10 +107,8 @@ def means(
     >>> [made.size for made in means(t, t, np.zeros(60), np.zeros(60)) if made.size]
     [1, 1, 1, 1, 1, 1, 1, 23, 24]
     """
-    times, values = (
-        np.asarray(t_hard),
-        np.column_stack([np.asarray(hard, float), np.asarray(soft, float)]),
-    )
+    times = np.asarray(t_hard)
+    values = np.column_stack([np.asarray(hard, float), np.asarray(soft, float)])
     finite = np.isfinite(values).all(axis=1)
     whole = finite & ~np.asarray(at_end, bool)
     paces = _paces(times, whole)
@@ -127,13 +125,15 @@ def means(
     for row, (pace, there, together, slow) in zip(rows, states, strict=True):
         one = Reading(*row)._replace(together=together, pace=slow)
         if not pace:
-            block, size = [], 1
+            block = []
+            size = 1
         if not (pace and there):
             made.append(one._replace(size=size))
             continue
-        complete = (
-            block if block and not 0 <= one.time - block[0].time < AVERAGED_NS - pace // 2 else []
-        )
+        if block and not 0 <= one.time - block[0].time < AVERAGED_NS - pace // 2:
+            complete = block
+        else:
+            complete = []
         block = [*([] if complete else block), one]
         size = len(complete) or size
         mean = _mean(complete) if complete else one._replace(size=0)
@@ -143,23 +143,27 @@ def means(
 
 def _paces(times: NDArray[Any], whole: NDArray[np.bool_]) -> list[int]:
     """Return after each reading the mean step, ns, of a converter that is fast; 0 of others. `whole`: both have a value."""
-    paces, last, pace, fast = [], None, 0, False
+    paces = []
+    last = None
+    pace = 0
+    fast = False
     for time, there in zip(times.tolist(), whole, strict=True):
         if there:
-            step = (
-                time - last
-                if last is not None and 0 < time - last <= 2 * AVERAGED_NS
-                else 2 * AVERAGED_NS
-            )
+            if last is not None and 0 < time - last <= 2 * AVERAGED_NS:
+                step = time - last
+            else:
+                step = 2 * AVERAGED_NS
             pace = AVERAGED_NS // 5 * 2 if last is None else pace + step // STEPS - pace // STEPS
-            fast, last = pace < AVERAGED_NS // 3 * (2 if fast else 1), time
+            fast = pace < AVERAGED_NS // 3 * (2 if fast else 1)
+            last = time
         paces.append(pace if fast else 0)
     return paces
 
 
 def _mean(block: list[Reading]) -> Reading:
     """Return the mean of readings and of their pairs."""
-    begin, valid = block[0].time, [one.pair for one in block if one.pair[2]]
+    begin = block[0].time
+    valid = [one.pair for one in block if one.pair[2]]
     later, hard, soft = np.mean(
         [(one.time - begin, one.hard, one.soft) for one in block], axis=0
     ).tolist()
@@ -213,7 +217,8 @@ def matched_pair(t_hard: ArrayLike, t_soft: ArrayLike, hard: ArrayLike, soft: Ar
         row = (np.nan, np.nan, False, False)
         if np.isfinite(soft_value):
             if softs and int(soft_time) <= softs[-1][0]:  # the time does not increase: begin again
-                hards, softs = [], []
+                hards = []
+                softs = []
             softs.append((int(soft_time), float(soft_value)))
         if np.isfinite(value):
             hards.append((int(time), float(value)))

@@ -252,7 +252,8 @@ class Windows:
 
     def restart(self, samples: Sequence[Sample]) -> None:
         """Keep only these samples; they count as a block that needs one more."""
-        before, after = self.all(), self.sums(samples)
+        before = self.all()
+        after = self.sums(samples)
         change = self.number(0)
         if before.information > 0:
             change = after.ratio - before.ratio
@@ -366,7 +367,8 @@ class Windows:
             limits = self._limits(blocks[: place + 1], k, cut_square)
             if limits is None or length < SHORTEST:
                 continue
-            newer, older = self.of_blocks(blocks[: place + 1]), self.of_blocks(blocks[place + 1 :])
+            newer = self.of_blocks(blocks[: place + 1])
+            older = self.of_blocks(blocks[place + 1 :])
             block.interval = Interval(newer.ratio, root(limits.read / newer.information))
             change = contrast(newer, older)
             if change is None or border is not None:
@@ -406,7 +408,8 @@ class Windows:
             gone += level
             level.clear()
         self._shorten()
-        old, left = self.of_blocks(gone), self.of_blocks(self._blocks())
+        old = self.of_blocks(gone)
+        left = self.of_blocks(self._blocks())
         change = left.ratio - old.ratio
         self._expect_motion(change, left.information + old.information, left.information)
         self._judge(border.level, self.number("inf"))
@@ -419,7 +422,8 @@ class Windows:
     def _choose(self) -> None:
         """Read the longest window whose interval, and those of all shorter ones, have a ratio in common."""
         self.read = []
-        low, high = self.number("-inf"), self.number("inf")
+        low = self.number("-inf")
+        high = self.number("inf")
         for block in self._blocks():
             if block.interval is not None:
                 middle, half = block.interval
@@ -436,7 +440,8 @@ class Windows:
         and the rest, noise explains as much as itself.
         """
         half = self._newest_half()
-        newest, rest = self.of_blocks(self.read[:half]), self.of_blocks(self.read[half:])
+        newest = self.of_blocks(self.read[:half])
+        rest = self.of_blocks(self.read[half:])
         change = contrast(newest, rest)
         if change is None:
             return self.number(0)
@@ -447,7 +452,8 @@ class Windows:
     def _newest_half(self) -> int:
         """Return how many of the newest blocks have half of the information of the window; at least four."""
         for count in range(NEWEST, len(self.read)):
-            newest, rest = self.of_blocks(self.read[:count]), self.of_blocks(self.read[count:])
+            newest = self.of_blocks(self.read[:count])
+            rest = self.of_blocks(self.read[count:])
             if not self.decisions.above(rest.information, newest.information):
                 return count
         return len(self.read)

@@ -13,7 +13,9 @@ from palpate.reference.fit import LEAST_BENT, Fit
 from palpate.reference.handover import FEWEST, SETTLED, _Handover
 from palpate.reference.level import Sweep
 
-CONFIRMED_S, LONGEST_LIFT_S = 0.6, 2.5  # a change with the probe down for so long is the result
+# a change with the probe down for so long is the result
+CONFIRMED_S = 0.6
+LONGEST_LIFT_S = 2.5
 CHANGED = 4  # standard errors between two ratios
 DOWN = 0.97  # share of the mean square of the regressors before the change
 
@@ -195,9 +197,12 @@ class Estimate:
             for name, value in before.items():
                 setattr(kept["_state"], name, value)
             kept["_state"].lag = kept["_state"].lead = 0.0
-            self._unconfirmed, self._begun_s, self._alarmed = kept, time_s, False
+            self._unconfirmed = kept
+            self._begun_s = time_s
+            self._alarmed = False
         self._alarmed = self._alarmed or alarm
-        self._changed_s, self._squares = time_s, []
+        self._changed_s = time_s
+        self._squares = []
 
     def _confirm(self, regressor: float, time_s: float) -> _Handover | None:
         """Forget what was known before a change if the probe is still down some time after it, or after the longest lift.
@@ -247,7 +252,8 @@ class Estimate:
         few = kept is not None and kept["_state"].weight < self._state.weight
         if not kept or (few if self._alarmed else self._down):
             return False
-        self.lifted, changed = True, abs(self.ratio / kept["_state"].ratio - 1) > LEAST_BENT
+        self.lifted = True
+        changed = abs(self.ratio / kept["_state"].ratio - 1) > LEAST_BENT
         if changed:
             self.after = self.ratio, self.standard_error(errors)
         self.before = (np.nan, np.nan)
@@ -275,7 +281,8 @@ class Estimate:
         they are correlated, it is that plus 4 times what their variance has above half of it. Where a tremor aliases it
         is never below this with 6 times.
         """
-        state, noise = self._state, self._state.noise
+        state = self._state
+        noise = self._state.noise
         scatter = noise.lag0 / noise.weight if noise.weight else 0.0
         if not self.samples or (errors.pace == ALIASES and not scatter):
             return float("nan")

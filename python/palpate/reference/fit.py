@@ -88,7 +88,8 @@ def model(x: Array, time: Array, slope: Array, soft_noise: float) -> dict[str, A
     """Return the columns of the largest model whose terms vary by more than noise could make them."""
     # Regressor, pF; number of the sample; half the difference of the neighbours of x. The models are
     # r x + d t; or r x + c + d t; or r x + c + d t + l x' + k (x / m - 1)^2.
-    n, m = len(x), x.mean()
+    n = len(x)
+    m = x.mean()
     columns = {"x": x, "one": np.ones(n), "time": time, "slope": slope, "square": x**2}
     line = {name: columns[name] for name in ("x", "one", "time")}
     noise = NOISE_GAIN * soft_noise**2
@@ -110,10 +111,13 @@ def model(x: Array, time: Array, slope: Array, soft_noise: float) -> dict[str, A
 
 def tested(terms: dict[str, Array], hard_noise: float, soft_noise: float) -> Misfit:
     """Return what least squares say about samples with the terms of `Fit.terms`; noises of a reading in pF."""
-    x, y, n = terms["x"], terms["y"], len(terms["x"])
+    x = terms["x"]
+    y = terms["y"]
+    n = len(terms["x"])
     columns = model(x, terms["time"], terms["slope"], soft_noise)
     values, variances, squares = solved(columns, y)
-    ratio, mean = values["x"], x.mean()
+    ratio = values["x"]
+    mean = x.mean()
 
     def noise(squares: float, terms: int, ratio: float) -> tuple[float, float]:
         """Return the variance of a reading's noise, from the residuals, and from what the readings had in idle."""
@@ -152,7 +156,8 @@ def tested(terms: dict[str, Array], hard_noise: float, soft_noise: float) -> Mis
         line, line_variances, alone_squares = solved({"x": x, "one": np.ones(n)}, y)
         alone, idle = noise(alone_squares, 2, line["x"])
         if alone < 2 * variance and alone < 16 * idle:
-            offset_ratio, offset_error = line["x"], float(np.sqrt(line_variances["x"] * alone))
+            offset_ratio = line["x"]
+            offset_error = float(np.sqrt(line_variances["x"] * alone))
     return Misfit(
         **{name: float(size) for name, (size, _) in sizes.items()},
         drift_error=float(np.sqrt(variances["time"] * variance) * length / scale),
@@ -249,7 +254,8 @@ class Fit:
         -------
         Misfit
         """
-        terms, found = self.terms(), Misfit()
+        terms = self.terms()
+        found = Misfit()
         if len(terms["x"]) >= FEWEST and terms["x"].sum() > 0:
             found = tested(terms, hard_noise, soft_noise)
         if abs(self.curved) <= LEAST_CURVED:

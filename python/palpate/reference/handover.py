@@ -12,7 +12,8 @@ FEWEST = 32  # fewest innovations for a standard error; also limits the factor f
 MEMORY = 0.995  # forgetting factor of the noise model
 ALLOWED_OFFSET = 2  # of the innovations, in units of their roughness; above it the ratio drifts
 # innovations: until a drift is seen; until what the press itself disturbs is past
-DRIFT_FROM, MATURE = (16, 48)
+DRIFT_FROM = 16
+MATURE = 48
 EXPECTED = 64  # innovations after a drift until the whole offset is allowed again, from half of it
 MOST = 0.9  # share of a new sample in the ratio, while the ratio drifts
 DOUBTED = 64  # samples while the scale, a mean of few magnitudes, is taken 1 + 3 / (samples - 2) times as large
@@ -106,9 +107,11 @@ class Noise:
         partial = (r2 - r1 * r1) / (1 - r1 * r1) if r1 * r1 < 1 else 0
         if aliases or self.weight * partial**2 < 6.63:  # chi-squared, 1 %: not significant, AR(1)
             return variance * (1 + self.rho) / (1 - self.rho)
-        r1, r2 = self.corrected(r1), self.corrected(r2)
+        r1 = self.corrected(r1)
+        r2 = self.corrected(r2)
         # Yule-Walker coefficients of AR(2)
-        first, second = r1 * (1 - r2) / (1 - r1 * r1), (r2 - r1 * r1) / (1 - r1 * r1)
+        first = r1 * (1 - r2) / (1 - r1 * r1)
+        second = (r2 - r1 * r1) / (1 - r1 * r1)
         gap = 1 - first - second
         if gap <= 0:
             return variance * FEWEST
@@ -147,8 +150,11 @@ class _Handover:
         # The sums of (lambda^k w)^2 and of lambda^k; the mean regressor.
         self.squares = self.weight = self.instrument = 0.0
         self.noise = Noise()
-        self.up, self.down, self.seen = _Side(), _Side(), 0
-        self.outlier = self.drifting = False  # the last sample; the ratio, before the last sample
+        self.up = _Side()
+        self.down = _Side()
+        self.seen = 0
+        self.outlier = False  # the last sample
+        self.drifting = False  # the ratio, before the last sample
         self.row: list[tuple[float, float]] = []  # innovations of the last outliers in a row
         # while the ratio drifts: the mean innovation, and what it adds to the ratio
         self.lag = self.lead = 0.0
@@ -166,18 +172,18 @@ class _Handover:
     def update(self, output: float, regressor: float) -> None:
         e = output - regressor * self.base
         # The mean of the earlier regressors; the regressor itself if the two differ by more than a factor of 4.
-        size, x = abs(self.instrument), abs(regressor)
+        size = abs(self.instrument)
+        x = abs(regressor)
         leads = self.instrument * regressor > 0 and size < 4 * x and x < 4 * size
         w = self.instrument if leads else regressor
-        whitened, scale = (
-            e - self.noise.rho * self.noise.before,
-            self.noise.scale(output, self.seen),
-        )
+        whitened = e - self.noise.rho * self.noise.before
+        scale = self.noise.scale(output, self.seen)
         watching = self.seen >= WARM_UP
         outlier = watching and abs(whitened) > self.clip * scale
-        clipped = (
-            min(max(whitened, -self.clip * scale), self.clip * scale) if watching else whitened
-        )
+        if watching:
+            clipped = min(max(whitened, -self.clip * scale), self.clip * scale)
+        else:
+            clipped = whitened
         if self.alarm():
             self.up, self.down = _Side(), _Side()
         if watching:
@@ -224,7 +230,8 @@ class _Handover:
 
     def _follow_lag(self, e: float, gain: float) -> None:
         """While the ratio drifts, add what the recursion is behind: the mean innovation, less the share that is corrected."""
-        noise, drifts = self.noise, self.drifting and not self.alarm()
+        noise = self.noise
+        drifts = self.drifting and not self.alarm()
         mature = noise.weight >= MATURE
         if drifts and mature:
             noise.since = 0
@@ -239,7 +246,8 @@ class _Handover:
         """Return whether outliers in a row are not as large as their regressors: in a burst; after a change they are."""
         steps = size = 0.0
         for (before, x_before), (e, x) in pairwise([*self.row[:1], *self.row]):
-            steps, size = steps / 2 + abs(e * x_before - before * x), size / 2 + abs(e * x)
+            steps = steps / 2 + abs(e * x_before - before * x)
+            size = size / 2 + abs(e * x)
         return bool(3 * steps > size)
 
     def _hand_over(self) -> None:

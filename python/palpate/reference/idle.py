@@ -10,7 +10,9 @@ from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 
-FIRST, FEWEST = 32, 5  # values of the first level: the most, and the fewest of a second
+# values of the first level: the most, and the fewest of a second
+FIRST = 32
+FEWEST = 5
 CLIP = 3.0  # standard deviations
 LONGEST = 2  # memory of the running mean, first values
 PROVEN = 5  # the same: until a drift may be found
@@ -115,7 +117,8 @@ def first_level(values: ArrayLike) -> Level:
     n = len(v)
     noise = max(_between_quartiles(v) / 1.25 * (1 + (FIRST / n - 1) / 6), noise_floor(v))
     near = v[np.abs(v - np.median(v)) <= CLIP * noise]
-    early, late = v[: n // 2], v[n // 2 :]
+    early = v[: n // 2]
+    late = v[n // 2 :]
     rise = np.median(late) - np.median(early)
     spread = (_between_quartiles(early) + _between_quartiles(late)) / 2 / 1.14
     slope = rise / (n / 2) if abs(rise) < 10 * max(spread, noise_floor(v)) else 0.0
@@ -136,7 +139,8 @@ def first_level(values: ArrayLike) -> Level:
 
 def _between_quartiles(values: Array) -> float:
     """Return how far the values are apart of which a quarter is above, or below."""
-    ordered, quarter = np.sort(values), len(values) // 4
+    ordered = np.sort(values)
+    quarter = len(values) // 4
     return float(ordered[len(values) - 1 - quarter] - ordered[quarter])
 
 
@@ -225,7 +229,8 @@ class Baseline:
             self._establish()
 
     def _establish(self) -> None:
-        self.now, self.ready = first_level(self._first), True
+        self.now = first_level(self._first)
+        self.ready = True
         self._floor = noise_floor(np.array(self._first))
         self.mark()
 
@@ -239,7 +244,8 @@ class Baseline:
 
     def measure_again(self) -> None:
         """Collect the first values again; until then the old level stays."""
-        self.ready, self._first = False, []
+        self.ready = False
+        self._first = []
 
     def move(self, level: float, count: int) -> None:
         """Take a new level, the mean of the last `count` values."""
@@ -300,8 +306,11 @@ class GivenBaseline(Baseline):
 
     def __init__(self, level: float, noise: float = 0.0) -> None:
         super().__init__()
-        self.level, self.noise, self._values = level, noise, []
-        self.now, self.ready = self._known(noise), noise > 0
+        self.level = level
+        self.noise = noise
+        self._values = []
+        self.now = self._known(noise)
+        self.ready = noise > 0
 
     def add(self, value: float) -> None:
         """Take a value without contact."""
@@ -313,7 +322,8 @@ class GivenBaseline(Baseline):
         if count <= 2:
             return
         before, last, now = self._values[-3:]
-        bend, noise = PER_BEND * abs((now - last) - (last - before)), self.now.noise
+        bend = PER_BEND * abs((now - last) - (last - before))
+        noise = self.now.noise
         if count > ENOUGH:
             bend = min(bend, CLIP * noise)
         self.now = self._known(max(noise + (bend - noise) / (count - 2), least_noise(value)))
@@ -337,9 +347,14 @@ class GivenBaseline(Baseline):
         """Do nothing."""
 
 
-SLACK, LIMIT, MOST = 1.5, 16.0, 6.0  # of the CUSUM, standard deviations
+# of the CUSUM, standard deviations
+SLACK = 1.5
+LIMIT = 16.0
+MOST = 6.0
 QUIET = 1.2  # standard deviations: the touch began after the last value below it
-RELEASE, IDLE_SHARE = 0.5, 0.1  # of the height
+# of the height
+RELEASE = 0.5
+IDLE_SHARE = 0.1
 CONFIRM = 3  # values in a row that end a touch
 PATIENCE_S = 30.0
 
@@ -404,7 +419,8 @@ class Contact:
 
     def update(self, change: float, noise: float, waited_s: float = 0.0) -> None:
         """Take one change and its noise, pF, and the time since a touch took samples, s."""
-        height, self.last = min(change, self.last), change
+        height = min(change, self.last)
+        self.last = change
         if self.state == "idle":
             with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
                 deviations = float(np.float64(change) / np.float64(noise))
@@ -435,7 +451,8 @@ class Contact:
         The next touch begins with more than 3 values in a row above a fifth of the height of the last touch and above
         6 standard deviations of the noise.
         """
-        height, self.last = min(change, self.last), change
+        height = min(change, self.last)
+        self.last = change
         high = self.highest > 0 and change > max(2 * IDLE_SHARE * self.highest, MOST * noise)
         self.in_a_row = self.in_a_row + 1 if high else 0
         if self.in_a_row > CONFIRM:
@@ -444,7 +461,11 @@ class Contact:
 
     def calm_down(self, state: str) -> None:
         """Begin again in a state."""
-        self.state, self.rise, self.fall, self.age, self.in_a_row = state, 0.0, 0.0, 0, 0
+        self.state = state
+        self.rise = 0.0
+        self.fall = 0.0
+        self.age = 0
+        self.in_a_row = 0
 
     def reset(self) -> None:
         """Begin again, without a last touch."""
@@ -452,7 +473,9 @@ class Contact:
         self.highest = 0.0
 
     def _begin(self, height: float) -> None:
-        self.state, self.highest, self.in_a_row = "contact", height, 0
+        self.state = "contact"
+        self.highest = height
+        self.in_a_row = 0
 
 
 def _page(statistic: float, deviations: float) -> float:
@@ -515,7 +538,8 @@ class Idle:
             # The last tenth of a release takes half as long again as the fall to it, for a force of depth^1.5.
             fall = time_ns - self._since_ns
             rest = SECOND_NS if fall > SECOND_NS else max(fall + fall // 2, SECOND_NS // 10)
-            self._since_ns, self._settles = time_ns + rest, True
+            self._since_ns = time_ns + rest
+            self._settles = True
             return "idle"
         disturbed = self.hard.now.disturbed or self.soft.now.disturbed
         if self.gate.fell or (now == "idle" and disturbed):

@@ -7,11 +7,19 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-SETTLED_S, GROWS = 0.1, 1.1  # the press has settled if for so long it has not grown by a tenth
-HELD, LEAST = 0.75, 1 / 6  # shares of the height: the hold, and the end of the fall
+# the press has settled if for so long it has not grown by a tenth
+SETTLED_S = 0.1
+GROWS = 1.1
+# shares of the height: the hold, and the end of the fall
+HELD = 0.75
+LEAST = 1 / 6
 FEWEST = 3  # pairs of the hold, and of the rise or the fall
-SCATTERS, SCATTER = 3.0, 9.0  # factors of the variance of the slope, with the fall and without
-BENT, BENDS = 0.02, 0.05  # shares of what the intercept changes, with the fall and without
+# factors of the variance of the slope, with the fall and without
+SCATTERS = 3.0
+SCATTER = 9.0
+# shares of what the intercept changes, with the fall and without
+BENT = 0.02
+BENDS = 0.05
 LARGEST = 0.1  # relative error of a level ratio
 MOST_NOISE = 0.3  # share of the variation of the soft channel
 LEAST_SWEEP = 5e-4  # variation of the soft channel, share of its sum of squares
@@ -27,9 +35,11 @@ def fitted_line(
 
     `noise` is its variance in x: it is taken out of the sum of squares. The slope is 0 if x does not vary by more.
     """
-    middle, of_hold = x - x.mean(), x[held].mean() - x.mean()
+    middle = x - x.mean()
+    of_hold = x[held].mean() - x.mean()
     swept = np.where(held, of_hold + OF_HOLD * (middle - of_hold), middle)
-    square, counted = float(swept @ middle), float(np.where(held, OF_HOLD, 1.0).sum())
+    square = float(swept @ middle)
+    counted = float(np.where(held, OF_HOLD, 1.0).sum())
     if (
         square <= LEAST_SWEEP * (x @ x)
         or not (share := float(counted * noise / square)) < MOST_NOISE
@@ -84,10 +94,12 @@ class Sweep:
 
     def settled(self) -> tuple[int, float, float]:
         """Return the number of pairs until the press has settled, its height, pF, and the time, s; 0: it has not."""
-        highest, grown = 0.0, 0.0
+        highest = 0.0
+        grown = 0.0
         for number, (_, soft, time_s, _) in enumerate(self.pairs, 1):
             if soft > GROWS * highest:
-                highest, grown = soft, time_s
+                highest = soft
+                grown = time_s
             elif time_s - grown > SETTLED_S:
                 return number, highest, time_s
         return 0, 0.0, 0.0
@@ -97,7 +109,8 @@ class Sweep:
 
         nan: there is none.
         """
-        none, (count, height, _) = (np.nan, np.nan), self.settled()
+        none = (np.nan, np.nan)
+        (count, height, _) = self.settled()
         if not count:
             return none
         hard, soft, _, held = np.array(self.pairs, float).T
@@ -120,7 +133,8 @@ class Sweep:
         }
 
         def line(name: str) -> tuple[float, float, float]:
-            p, part = self.exponent, x[lines[name]]
+            p = self.exponent
+            part = x[lines[name]]
             # The noise in the coordinate of the contact, at the mean depth.
             return fitted_line(
                 part,

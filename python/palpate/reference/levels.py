@@ -11,8 +11,12 @@ import numpy as np
 
 from palpate.reference.judgement import Judgement
 
-STILL_S, STILL_FRAMES = 0.8, 5  # of a new level
-LIMIT, CODES = 12.0, 2.5  # noises, or code steps: a channel is off its level
+# of a new level
+STILL_S = 0.8
+STILL_FRAMES = 5
+# noises, or code steps: a channel is off its level
+LIMIT = 12.0
+CODES = 2.5
 COARSEST = 0.02  # pF: a larger change is no code step
 NOISE_OF_CODE = 0.3  # of a code step: its rounding
 SLOW_NOISE = 32  # times it is followed, in which the noise may double
@@ -23,12 +27,21 @@ LEAST_JUMP = (
 DRIFTED = 0.05  # share of a press that its baselines may drift
 ALONE = 30.0  # no probe has such a ratio
 EARLY_S = 0.3  # so long before a press a jump is none of the press
-PENDING_S, PENDING_FRAMES = 10.0, 300  # the longest still press of a stage
-TREMBLES, SETTLED_FRAMES, ROUGH_FRAMES = 8.0, 16, 8  # noises; frames
+# the longest still press of a stage
+PENDING_S = 10.0
+PENDING_FRAMES = 300
+# noises; frames
+TREMBLES = 8.0
+SETTLED_FRAMES = 16
+ROUGH_FRAMES = 8
 HIGH = 0.8  # share of the press: not in its rise or fall
 ALIGNED_S = 0.04  # frames further apart show another part of the tremor
-OTHER, OWN, ROUNDED = 3.0, 4.0, 0.5  # noises; its own change; code steps
-MOST, STUCK = 3.0, 12.0  # of the CUSUM, in noises
+OTHER = 3.0  # noises
+OWN = 4.0  # its own change
+ROUNDED = 0.5  # code steps
+# of the CUSUM, in noises
+MOST = 3.0
+STUCK = 12.0
 ASKED = 2  # still presses with equal values
 
 
@@ -126,20 +139,18 @@ class _Side:
     def press(self, other: "_Side", *, aligned: bool) -> bool:
         """Take a frame of a press; return whether this channel has not followed the other one."""
         self.height = max(self.height, abs(self.now))
-        due = (
-            max(abs(other.change) - OTHER * other.noise, 0.0) * (self.now / other.now)
-            if aligned
-            else 0.0
-        )
+        if aligned:
+            due = max(abs(other.change) - OTHER * other.noise, 0.0) * (self.now / other.now)
+        else:
+            due = 0.0
         own = self.noise if 0 < 2 * self.code < self.noise else 0.0
         missing = (due + own - OWN * abs(self.change) - ROUNDED * self.code) / (
             self.noise + self.code
         )
-        self.stuck = (
-            max(self.stuck + min(missing, MOST), 0.0)
-            if self.now > self.height - self.limit
-            else 0.0
-        )
+        if self.now > self.height - self.limit:
+            self.stuck = max(self.stuck + min(missing, MOST), 0.0)
+        else:
+            self.stuck = 0.0
         found = self.stuck > STUCK and not self.reported
         self.reported = self.reported or found
         return found
@@ -147,7 +158,9 @@ class _Side:
     def close(self) -> None:
         """End a press."""
         self.least = self.height / LEAST_JUMP if self.height > 0 else self.least
-        self.height, self.stuck, self.reported = 0.0, 0.0, False
+        self.height = 0.0
+        self.stuck = 0.0
+        self.reported = False
 
 
 @dataclass
@@ -268,24 +281,29 @@ class Levels:
         """End the press and the run, as both channels are near their levels."""
         if self._hard.run:
             self._close()
-        self._hard.run, self._soft.run = [], []
+        self._hard.run = []
+        self._soft.run = []
 
     def _run(self, time: int) -> None:
         """Add a frame to the run, or begin another one with it."""
         sides = self._hard, self._soft
         if not self._hard.run or any(side.strays() for side in sides):
-            self._hard.run, self._soft.run = [], []
-            self._begin, self._decided = time, False
+            self._hard.run = []
+            self._soft.run = []
+            self._begin = time
+            self._decided = False
         for side in sides:
             side.run.append(side.last)
 
     def _pressed(self, time: int) -> bool:
         """Follow a press; return whether a channel has not followed the other one."""
         self._waited += 1
-        hard, soft = self._hard, self._soft
+        hard = self._hard
+        soft = self._soft
         if not (hard.is_out and soft.is_out):
             return False
-        aligned, self._last = (time - self._last) / 1e9 <= ALIGNED_S, time
+        aligned = (time - self._last) / 1e9 <= ALIGNED_S
+        self._last = time
         self._press = self._press or _Press(time, time, rises=hard.now > 0)
         press = self._press
         press.frames += 1
@@ -294,7 +312,8 @@ class Levels:
             press.calm = press.rough / hard.now
         turn = abs(hard.change * soft.now - soft.change * hard.now)
         if (hard.is_high or soft.is_high) and turn > press.turn:
-            press.turn, press.sharp = turn, time
+            press.turn = turn
+            press.sharp = time
         found = False
         for side, other in ((hard, soft), (soft, hard)):
             if side.press(other, aligned=aligned):
@@ -304,7 +323,8 @@ class Levels:
 
     def _close(self) -> None:
         """End the press."""
-        press, self._press = self._press, None
+        press = self._press
+        self._press = None
         if press and press.frames >= STILL_FRAMES:
             self._raised = self._raised or press.rises
             self._presses += 1
@@ -318,7 +338,8 @@ class Levels:
 
     def _decide(self, time: int) -> str:
         """Decide about channels that are still: they are at their levels, or at new ones, or it is pending."""
-        hard, soft = self._hard, self._soft
+        hard = self._hard
+        soft = self._soft
         change = ""
         if hard.is_alone(soft):
             change = self._one(hard)
@@ -350,7 +371,8 @@ class Levels:
 
     def _both(self, time: int) -> str:
         """Judge both channels, which are off their levels."""
-        hard, soft = self._hard, self._soft
+        hard = self._hard
+        soft = self._soft
         offs = hard.off, soft.off
         if (
             self._jump_taken
@@ -364,8 +386,10 @@ class Levels:
             self._pending = False
             return ""
         if not self._pending or hard.differs(self._jump[0]) or soft.differs(self._jump[1]):
-            self._jump, self._jump_taken = offs, False
-            self._since, self._waited = hard.left, 0
+            self._jump = offs
+            self._jump_taken = False
+            self._since = hard.left
+            self._waited = 0
             self._ask()
         is_no_hand = self._hand < 1 and self._hand * offs[0] > TREMBLES * hard.noise
         lasts = (time - self._since) / 1e9 >= PENDING_S and self._waited >= PENDING_FRAMES

@@ -157,8 +157,11 @@ class MovingEstimate:
         changed = bool(abs(self.ratio / hold.ratio - 1) > LEAST_BENT)
         if changed:
             self.after = self.ratio, self.standard_error(errors(self.ratio))
-        self.fit, self.changed, self._state = hold.fit, hold.changed, hold._state
-        self._number, self._mean_age = hold._number, hold._mean_age
+        self.fit = hold.fit
+        self.changed = hold.changed
+        self._state = hold._state
+        self._number = hold._number
+        self._mean_age = hold._mean_age
         return changed
 
     def apart(self, own: float) -> bool:

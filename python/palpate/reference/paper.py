@@ -81,9 +81,15 @@ def adaptive_rls(
     array([2., 2.])
     """
     pairs = finite(output, regressor, number)
-    ratio, covariance, statistic = number(initial_ratio), number(initial_covariance), number(0)
-    steady, alarmed, bound = number(steady), number(alarmed), number(max_covariance)
-    drift, threshold, clear_level = number(drift), number(threshold), number(clear_level)
+    ratio = number(initial_ratio)
+    covariance = number(initial_covariance)
+    statistic = number(0)
+    steady = number(steady)
+    alarmed = number(alarmed)
+    bound = number(max_covariance)
+    drift = number(drift)
+    threshold = number(threshold)
+    clear_level = number(clear_level)
     alarm = False
     rows = []
     for output_k, regressor_k in pairs:  # Step 1: C1(k), C2(k)

@@ -12,8 +12,12 @@ from palpate.reference.judgement import Judgement
 Floats = NDArray[np.float64]
 
 AHEAD = 2  # readings for which one waits until it is judged
-LAST_CHANGES, LAST_BENDS = 12, 40
-OF_NOISE, OF_CHANGES, OF_MOVES, OF_CODES = 0.1573, 0.125, 0.7, 2.5
+LAST_CHANGES = 12
+LAST_BENDS = 40
+OF_NOISE = 0.1573
+OF_CHANGES = 0.125
+OF_MOVES = 0.7
+OF_CODES = 2.5
 FADING = 0.97  # of what was usual, from reading to reading
 EDGE = 1.5  # limits: range of the neighbours at a contact
 ALIKE = 0.4  # limits: both channels did the same
@@ -24,7 +28,10 @@ COARSEST = 0.02  # pF
 AT_END = 8  # readings
 USUAL = 12  # equal readings in a row: the codes are coarse
 MORE = 8  # times as many as ever before
-SHORTEST, SHORTEST_S, NEVER_S = 20, 1.0, 10.0  # of a channel that stands still
+# of a channel that stands still
+SHORTEST = 20
+SHORTEST_S = 1.0
+NEVER_S = 10.0
 FEWEST = 40  # readings before that
 
 
@@ -188,11 +195,13 @@ def standstill(
     codes : numpy.ndarray, shape (n,), pF
         Smallest change that was seen when the reading was judged; 0: none.
     """
-    at_end, was_frozen = 0, False
+    at_end = 0
+    was_frozen = False
     longest = moved = equal = first = 0
     seen = list[float]()
     for number in np.flatnonzero(np.isfinite(values)):
-        value, code = float(values[number]), float(codes[number])
+        value = float(values[number])
+        code = float(codes[number])
         seen.append(value)
         ends = [end for end in _known_ends(seen, code) if abs(value - end) <= _tolerance(code)]
         at_end = at_end + 1 if ends else 0
@@ -201,7 +210,9 @@ def standstill(
         else:
             longest = longest if was_frozen else max(longest, equal)
             moved += 1
-            equal, first, was_frozen = 0, int(number), False
+            equal = 0
+            first = int(number)
+            was_frozen = False
         time = int(times_ns[number])
         ended = Judgement("saturated", channel, time, value) if at_end == AT_END else None
         stands_s = float(times_ns[number] - times_ns[first]) / 1e9

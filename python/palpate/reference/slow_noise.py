@@ -5,8 +5,12 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-SMALLEST, LEVELS = 8, 6  # values of a block, and sizes of blocks, each twice the one before it
-FIRST, FEWEST = 16, 4  # differences of neighbours: of the smallest blocks, and of the others
+# values of a block, and sizes of blocks, each twice the one before it
+SMALLEST = 8
+LEVELS = 6
+# differences of neighbours: of the smallest blocks, and of the others
+FIRST = 16
+FEWEST = 4
 MOST = 255  # differences; of more, the older ones count less
 LIMIT = 4.0  # of a difference, standard deviations
 MARGIN = 4.0  # share of the white noise for one difference
@@ -68,7 +72,8 @@ class SlowNoise:
         """
         found = 0.0
         for level in range(LEVELS):
-            size, changes = SMALLEST * 2**level, self._changes(level)
+            size = SMALLEST * 2**level
+            changes = self._changes(level)
             count = min(len(changes), MOST)
             if count < (FEWEST if level else FIRST):
                 return found
@@ -94,7 +99,8 @@ def _spread(changes: NDArray[np.float64]) -> float:
     """Return the mean square of the deviations from the mean; one far out is limited, and at last the older ones count less."""
     mean = square = 0.0
     for number, change in enumerate(changes.tolist(), 1):
-        count, off = min(number, MOST), change - mean
+        count = min(number, MOST)
+        off = change - mean
         if count > FEWEST:
             off = float(np.clip(off, -LIMIT * np.sqrt(square), LIMIT * np.sqrt(square)))
         mean += off / count

@@ -21,7 +21,8 @@ from palpate.reference.readings import AHEAD, screen
 from palpate.reference.slow_noise import SlowNoise
 
 # standard deviations: the baselines drifted; the ratio is known to be wrong
-SURE, SIGNIFICANT = (3.0, 8.0)
+SURE = 3.0
+SIGNIFICANT = 8.0
 FALLEN = 0.05  # share of the touch
 NEARER = 3.0  # times nearer is the level ratio to the ratio that it decides for
 RECOVERED = 4.0  # standard errors of the change
@@ -117,7 +118,8 @@ NOTHING_SEEN = Seen()
 
 def line_share(middle: float, start: float, end: float, ages: tuple[float, float]) -> float:
     """Return where on the line between two baselines the middle of a touch is: 0, at the first one, to 1; times in readings."""
-    first, second = start - ages[0], end - ages[1]
+    first = start - ages[0]
+    second = end - ages[1]
     return (middle - first) / (second - first) if middle < second else 1.0
 
 
@@ -170,10 +172,13 @@ def revised(
     """
     hard, soft = (later.level - earlier.level for earlier, later in zip(before, after, strict=True))
     first, second = (known[0].variance + ratio**2 * known[1].variance for known in (before, after))
-    change, slow = hard - ratio * soft, before[0].slow + ratio**2 * before[1].slow
+    change = hard - ratio * soft
+    slow = before[0].slow + ratio**2 * before[1].slow
     moved = abs(change) > SURE * np.sqrt(first + second)
-    part, stepped = share if moved else first / (first + second), 0.0
-    first, second = first + slow, second + slow
+    part = share if moved else first / (first + second)
+    stepped = 0.0
+    first = first + slow
+    second = second + slow
     error = np.sqrt(first + second)
     drifted = abs(change) > SURE * error
     significant = bool(abs(change) > SIGNIFICANT * error)
@@ -205,7 +210,8 @@ def _with_steps(whole: float, ratio: float, share: float, seen: Seen) -> tuple[f
     the age of a baseline that drifts is known no better.
     """
     half = -whole / ratio * seen.length / 2
-    even, error = 1.0, 1.0
+    even = 1.0
+    error = 1.0
     if half and np.isfinite(seen.drift):
         most_off = SURE * seen.drift_error / abs(half)
         if seen.drift / half < -most_off:
@@ -225,7 +231,8 @@ def _with_steps(whole: float, ratio: float, share: float, seen: Seen) -> tuple[f
 
 def _recovers(before: Known, after: Known) -> bool:
     """Return whether a channel moves back after the release, by more than 4 standard errors of the move and the change."""
-    change, move = after.level - before.level, after.recovery
+    change = after.level - before.level
+    move = after.recovery
     moves_back = move * change < 0 and abs(move) > RECOVERED_NOISE * before.noise
     return moves_back and change**2 > RECOVERED**2 * (before.variance + after.variance)
 
@@ -305,20 +312,27 @@ class CodeStep:
     """The step of a channel's codes: of what all differences between its readings are multiples (Euclid's algorithm)."""
 
     def __init__(self) -> None:
-        self._last, self._change, self._step, self._times = 0.0, 0.0, 0.0, 0
+        self._last = 0.0
+        self._change = 0.0
+        self._step = 0.0
+        self._times = 0
         self._fine = False  # a few millionths of a reading
 
     def add(self, value: float, *, held: bool) -> None:
         """Take a reading, pF; three differences prove the step, of several codes or within a touch, but not those of a ramp."""
-        change, self._last = value - self._last, value
+        change = value - self._last
+        self._last = value
         if self._fine or not np.isfinite(change):
             return
-        before_change, self._change = self._change, change
+        before_change = self._change
+        self._change = change
         difference = abs(change)
         if not difference:
             return
-        least, before = 1e-6 * (abs(value) + difference), self._step
-        self._step, rest = difference, before if before < 1000 * difference else 0.0
+        least = 1e-6 * (abs(value) + difference)
+        before = self._step
+        self._step = difference
+        rest = before if before < 1000 * difference else 0.0
         while rest > least:
             self._step, rest = rest, abs(self._step - rest * int(self._step / rest + 0.5))
         self._fine = self._step <= 8 * least
@@ -330,11 +344,9 @@ class CodeStep:
 
     def coarse(self, noise: float) -> float:
         """Return the step, pF; 0 if the noise moves the readings from code to code."""
-        return (
-            self._step
-            if self._times == 3 and not self._fine and noise <= 0.51 * self._step
-            else 0.0
-        )
+        if self._times == 3 and not self._fine and noise <= 0.51 * self._step:
+            return self._step
+        return 0.0
 
 
 AnyEstimate: TypeAlias = Estimate | MovingEstimate
@@ -492,8 +504,12 @@ class _Tracker:
     ) -> None:
         self.touches: list[Touch] = []
         self.levels = Levels()
-        self._level_flag, self._saturated = "", 0  # of the running touch
-        self._begin, self._age, self._seconds = begin, age, seconds
+        # of the running touch
+        self._level_flag = ""
+        self._saturated = 0
+        self._begin = begin
+        self._age = age
+        self._seconds = seconds
         self._steps = CodeStep(), CodeStep()
         self._begin_ns = 0
         self._idle = Idle(gate=Contact(release=release))
@@ -512,7 +528,8 @@ class _Tracker:
         self._readings = self._pairs = self._first = (
             0  # all readings; all that are no part of a mean; the touch's first
         )
-        self._size, self._together = 1, False  # of the last mean; as `Reading`
+        self._size = 1  # of the last mean
+        self._together = False  # as `Reading`
         self._pace = FAST
 
     def feed(self, read: NDArray[np.float64], reading: Reading) -> tuple[float, ...]:
@@ -522,7 +539,10 @@ class _Tracker:
         if not reading.size:
             self._readings += 1
             return self.row(alarm=False, revises=False)
-        time_ns, number, pair, self._size = reading.time, self._pairs, [*reading.pair], reading.size
+        time_ns = reading.time
+        number = self._pairs
+        pair = [*reading.pair]
+        self._size = reading.size
         self._together = reading.together
         values = np.array([reading.hard, reading.soft])
         there = np.isfinite(values)
@@ -565,8 +585,10 @@ class _Tracker:
         first = max(self._readings + 1 - age * self._size, 0)
         self._touch = self._begin(first, self._idle.soft.now.noise)
         self._begin_ns = time_ns
-        self._running, self._known = True, None
-        self._level_flag, self._saturated = "", 0
+        self._running = True
+        self._known = None
+        self._level_flag = ""
+        self._saturated = 0
         self._rests = False
         for blocks in self._blocks:
             blocks.interrupt()
@@ -604,7 +626,8 @@ class _Tracker:
         for blocks in self._blocks:
             blocks.interrupt()
         if self._running and change in ("dropped", "returned"):
-            self._running, self._touch = False, None
+            self._running = False
+            self._touch = None
             return False
         revises = False
         if change != "moved":
@@ -618,7 +641,8 @@ class _Tracker:
 
     def row(self, *, alarm: bool = False, revises: bool = False) -> tuple[float, ...]:
         """Return the present state as a row."""
-        touch, contact = self._touch, self._idle.gate.state == "contact"
+        touch = self._touch
+        contact = self._idle.gate.state == "contact"
         if touch is None:
             return (np.nan, np.nan, 0.0, alarm, contact, revises)
         error = touch.standard_error(self._errors(touch.ratio))
@@ -637,7 +661,8 @@ class _Tracker:
     def _in_touch(self, number: int, time_ns: int, pair: list[float]) -> bool:
         """Take a pair into the running touch, and end it at its age or length; return whether there is an alarm."""
         assert self._touch is not None
-        since_s, alarm = (time_ns - self._begin_ns) / 1e9, False
+        since_s = (time_ns - self._begin_ns) / 1e9
+        alarm = False
         hard, soft, valid, matched = pair
         if valid:
             alarm, before = self._touch.add(
@@ -672,7 +697,8 @@ class _Tracker:
         """End the running touch."""
         if not self._running or self._touch is None:
             return
-        self._running, touch = False, self._touch
+        self._running = False
+        touch = self._touch
         self._find_slow(touch.samples)
         changed = touch.end(self._errors)
         errors = self._errors(touch.ratio)
@@ -765,7 +791,8 @@ class _Tracker:
 
     def _revise(self, number: int) -> bool:
         """Revise the last touch, now that the baselines after it are known; return whether there is one."""
-        touch, before = self._touch, self._known
+        touch = self._touch
+        before = self._known
         self._rests = True
         if before is None:  # the first baselines, or again: before them was perhaps no idle reading
             self._blocks = SlowNoise(), SlowNoise()
@@ -773,7 +800,8 @@ class _Tracker:
         if touch is None or not touch.samples:
             return False
         self._known, after = None, self._baselines()
-        ages, last = (before[0].age, after[0].age), self.touches[-1]
+        ages = (before[0].age, after[0].age)
+        last = self.touches[-1]
         share = line_share(touch.middle, self._first, number, ages)
         place = {"ratio": touch.ratio, "mean": touch.mean_regressor, "share": share}
         seen = Seen(
@@ -785,7 +813,8 @@ class _Tracker:
         )
         found = revised(before, after, **place, changed=touch.changed, seen=seen)
         self._rests = found.kind != "creep"  # a recovery is no noise
-        misfit, relative = last.misfit, found.shift / touch.ratio
+        misfit = last.misfit
+        relative = found.shift / touch.ratio
         left_open = misfit.open + found.open + (0.0 if found.significant else misfit.open_drift)
         error = touch.standard_error(
             self._errors(touch.ratio)._replace(shared=found.variance), left_open

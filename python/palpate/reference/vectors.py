@@ -76,12 +76,15 @@ class _Fit:
     def add(self, forgetting: Any, sample: Any) -> tuple[Any, Any, "_Fit"]:
         """Return the rotated regressors, the weight of the residual, and the fit with the sample."""
         output, original = sample
-        x, rest, discounted = original.copy(), original.copy(), forgetting * self.information
+        x = original.copy()
+        rest = original.copy()
+        discounted = forgetting * self.information
         for i in range(len(x)):
             before = solved(discounted[:i, :i], discounted[:i, i]) if i else x[:0]
             rest[i] = x[i] - (x[:i] @ before if i else 0)
             if rest[i] ** 2 * self.count_squares < Decimal(TOLERANCE) ** 2 * self.squares[i, i]:
-                x[i], rest[i] = x[i] - rest[i], 0 * rest[i]
+                x[i] = x[i] - rest[i]
+                rest[i] = 0 * rest[i]
         weight = 1 / (1 + x @ solved(discounted, x))
         fit = _Fit(0 * weight, self.coefficients)
         fit.information = discounted + np.outer(x, x)
@@ -89,10 +92,8 @@ class _Fit:
         fit.coefficients = solved(fit.information, fit.moments)
         fit.squares = forgetting**2 * self.squares + np.outer(original, original)
         fit.residuals = forgetting * self.residuals + weight * (output - x @ self.coefficients) ** 2
-        fit.count, fit.count_squares = (
-            forgetting * self.count + 1,
-            forgetting**2 * self.count_squares + 1,
-        )
+        fit.count = forgetting * self.count + 1
+        fit.count_squares = forgetting**2 * self.count_squares + 1
         return rest, weight, fit
 
     def strengthened(self, information: Any) -> None:
@@ -279,7 +280,8 @@ class _Vector:
         self.detector = detector
         self.guarded = max(initial, self.least)
         self.fit = _Fit(self.guarded, np.array([Decimal(0)] * size, object))
-        self.recent, self.recent_guarded = self.fit, self.guarded
+        self.recent = self.fit
+        self.recent_guarded = self.guarded
         self.influences = _Influences(size)
         self.samples: list[Any] = []
         self.held = 0
@@ -315,7 +317,8 @@ class _Vector:
             return False
         self.held, self.fit = found
         self.guarded = 2 * self.least
-        self.recent, self.recent_guarded = self.fit, self.guarded
+        self.recent = self.fit
+        self.recent_guarded = self.guarded
         return True
 
     def follow(self, following: _Fit, sample: Any, judged: _Judged, weight: Any) -> None:

@@ -121,6 +121,11 @@ class Source(Protocol):
         return {}
 
     @property
+    def fastest_period_s(self) -> float:
+        """Time from one pair to the next on a computer that is never late, s; nan: not known."""
+        return math.nan
+
+    @property
     def zero_ns(self) -> int | None:
         """`time.monotonic_ns()` at t = 0 of the samples; None: take the arrival of the first."""
         return None

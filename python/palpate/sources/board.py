@@ -203,6 +203,11 @@ class BoardSource(SampleSource):
         return asdict(self.driver.counters)
 
     @property
+    def fastest_period_s(self) -> float:
+        """Time from one pair to the next on a computer that is never late, s."""
+        return self.driver.fastest_period_s
+
+    @property
     def zero_ns(self) -> int | None:
         """Begin of the measurement on the clock of the computer."""
         return self.driver.zero_ns

@@ -22,7 +22,8 @@ from project import ROOT, run
 
 SKETCH = ROOT / "cpp" / "examples" / "arduino" / "palpate_ad7746" / "palpate_ad7746.ino"
 AVR = Path("/usr/share/arduino/hardware/arduino/avr")
-CORE, WIRE = AVR / "cores" / "arduino", AVR / "libraries" / "Wire" / "src"
+CORE = AVR / "cores" / "arduino"
+WIRE = AVR / "libraries" / "Wire" / "src"
 SIMAVR = Path("/usr/include/simavr")
 NEEDED = ("avr-g++", "avr-gcc", "avr-size", "c++", str(CORE), str(SIMAVR))
 

@@ -11,7 +11,8 @@ from typing import Any
 
 import pytest
 
-RECORD, RUN = os.environ.get("MUTATION_RECORD"), os.environ.get("MUTATION_RUN")
+RECORD = os.environ.get("MUTATION_RECORD")
+RUN = os.environ.get("MUTATION_RUN")
 # of mutants.hpp; without it the lines of Python are recorded
 BYTES = os.environ.get("PALPATE_EXECUTED")
 tests: dict[str, Any] = {}

@@ -84,7 +84,9 @@ def rewrite(include: Path) -> list[tuple[Path, int, str]]:
     found = {header: _sites(header, include) for header in headers}
     mutants: list[tuple[Path, int, str]] = []
     for header, sites in found.items():
-        text, made, at = header.read_bytes(), b"", 0
+        text = header.read_bytes()
+        made = b""
+        at = 0
         edits: list[tuple[tuple[int, int, int], int, bytes]] = []
         for site in sites:
             edits += site.edits(len(mutants))
@@ -92,7 +94,8 @@ def rewrite(include: Path) -> list[tuple[Path, int, str]]:
                 (header, site.line, f"{site.text} -> {FLIPPED.get(site.text, 'nudged')}")
             )
         for (start, *_), end, new in sorted(edits):
-            made, at = made + text[at:start] + new, end
+            made = made + text[at:start] + new
+            at = end
         made += text[at:]
         mark = b"#pragma once\n"
         header.write_bytes(
@@ -123,7 +126,8 @@ def _sites(header: Path, include: Path) -> list[Site]:
 def _walk(node: Any, text: bytes) -> Iterator[Site]:
     if node.kind.name == "STATIC_ASSERT":
         return
-    start, end = node.extent.start.offset, node.extent.end.offset
+    start = node.extent.start.offset
+    end = node.extent.end.offset
     if node.kind.name in LITERALS and text[start : start + 1].isdigit():
         yield Site(text[start:end].decode(), node.location.line, start, end, [(start, end)])
     parts = [(c.extent.start.offset, c.extent.end.offset) for c in node.get_children()]

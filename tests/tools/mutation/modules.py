@@ -25,7 +25,8 @@ def changes(path: Path) -> list[tuple[int, int, str]]:
     found = set()
     for node in _executed(ast.parse(text)):
         if operands := _operands(node):
-            start, end = extent(operands[0])[1], extent(operands[1])[0]
+            start = extent(operands[0])[1]
+            end = extent(operands[1])[0]
             operator = text[start:end].decode().strip(" ()\n\\")
             if operator in FLIPPED:
                 start = text.index(operator.encode(), start)

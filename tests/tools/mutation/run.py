@@ -71,7 +71,8 @@ def of_modules(copy: Path) -> Iterator[Mutant]:
     for path in sorted((copy / "python/palpate").rglob("*.py")):
         text = path.read_bytes()
         for start, end, mutant in modules.changes(path):
-            line, written = text.count(b"\n", 0, start) + 1, text[start:end].decode()
+            line = text.count(b"\n", 0, start) + 1
+            written = text[start:end].decode()
             source = text.splitlines()[line - 1].decode().strip()
             made = text[:start] + mutant.encode() + text[end:]
             yield Mutant(
@@ -91,7 +92,9 @@ class Project:
         shutil.copytree(ROOT, copy, symlinks=True, ignore=ignored)
         (copy / "python/palpate/include").unlink(missing_ok=True)
         (copy / "python/palpate/include").symlink_to("../../cpp/include")
-        self.copy, self.kind, self.build = copy, kind, copy / "build"
+        self.copy = copy
+        self.kind = kind
+        self.build = copy / "build"
         self.build.mkdir()
         (self.build / "executed").write_bytes(bytes(1 << 16))
         self.mutants = list((of_headers if kind == "cpp" else of_modules)(copy))
@@ -122,16 +125,16 @@ class Project:
             )
         # In a constant expression, or not executed: compiled for itself.
         if not (failed := headers.native_failure(self.copy, mutant.number)):
-            failed = (
-                self._failing(set(self.tests), mutant)
-                if headers.build(self.copy, mutant.number)
-                else "compiler"
-            )
+            if headers.build(self.copy, mutant.number):
+                failed = self._failing(set(self.tests), mutant)
+            else:
+                failed = "compiler"
             headers.build(self.copy)
         return failed
 
     def _failing(self, names: set[str], mutant: Mutant) -> str:
-        chosen, total = [], 0.0
+        chosen = []
+        total = 0.0
         for name in (name for name in self.tests if name in names):
             total += self.tests[name]["s"]
             if total < TESTS_S:

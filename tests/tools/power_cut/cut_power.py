@@ -40,12 +40,15 @@ SAID = 1 << 20  # behind it, for what the guest says
 MODULES = "virtio_blk ext4 vfat nls_cp437 nls_ascii"
 SECTOR = 512  # of the log
 WHOLE = 4096  # bytes that a disk writes whole, its physical sector
-_MAGIC, _VERSION, _FLUSH = 0x6A736677736872, 1, 1
+_MAGIC = 0x6A736677736872
+_VERSION = 1
+_FLUSH = 1
 LENGTHS_S = (0.3, 2.5, 10.0)
 SOURCE = (
     "sim:drift-both?speed=12&idle=120"  # some hundred pairs a second, for longer than the longest
 )
-LOST, NO_SIDECAR = "lost by the cut", "without a sidecar"
+LOST = "lost by the cut"
+NO_SIDECAR = "without a sidecar"
 WRONG = (
     LOST,
     "lost by the repair",
@@ -78,7 +81,9 @@ class Write:
 
 def read_log(path: Path) -> list[Write]:
     """Return the requests in their order."""
-    log, at, writes = path.read_bytes(), SECTOR, []
+    log = path.read_bytes()
+    at = SECTOR
+    writes = []
     magic, version, requests, sector = struct.unpack_from("<QQQI", log)
     assert (magic, version, sector) == (_MAGIC, _VERSION, SECTOR), f"{path}: not a log of writes"
     for _ in range(requests):
@@ -122,7 +127,8 @@ class Disk:
 
     def begin(self, letter: str, seconds: float) -> tuple[list[str], str, str]:
         """Make the image; return its arguments for QEMU, and what the guest does to begin and to end."""
-        image, name = self.image, self.image.name
+        image = self.image
+        name = self.image.name
         image.write_bytes(bytes(SIZE))
         shell(self.make.format(image))
         os.truncate(image, SIZE + SAID)
@@ -146,7 +152,8 @@ class Disk:
 
     def contents(self, data: bytearray) -> Path:
         """Return a folder with the files of an image with these bytes after the system's repair."""
-        path, into = self.image.with_suffix(".cut"), self.image.with_suffix(".files")
+        path = self.image.with_suffix(".cut")
+        into = self.image.with_suffix(".files")
         path.write_bytes(memoryview(data)[:SIZE])
         shell(self.repair.format(path), 1)
         shutil.rmtree(into, ignore_errors=True)
@@ -156,13 +163,13 @@ class Disk:
 
     def judge(self, cuts: int, random: Random) -> bool:
         """Cut as often as asked for, print the counts; return whether they are right."""
-        before, writes = (
-            Path(f"{self.image}.before").read_bytes(),
-            read_log(Path(f"{self.image}.log")),
-        )
+        before = Path(f"{self.image}.before").read_bytes()
+        writes = read_log(Path(f"{self.image}.log"))
         apply(ended := bytearray(before), writes)
         self.whole = {path.name: path.read_bytes() for path in self.contents(ended).glob("*.csv")}
-        tally, control, last = Counter[str](), Counter[str](), len(writes)
+        tally = Counter[str]()
+        control = Counter[str]()
+        last = len(writes)
 
         def said(moment: int) -> dict[str, dict[str, Any]]:
             lines = (json.loads(write.data) for write in writes[:moment] if write.offset >= SIZE)
@@ -187,7 +194,8 @@ class Disk:
 
     def compare(self, image: bytearray, said: dict[str, dict[str, Any]]) -> Counter[str]:
         """Return the counts over all recordings of which the guest had said something."""
-        files, tally = self.contents(image), Counter[str]()
+        files = self.contents(image)
+        tally = Counter[str]()
         for name, line in said.items():
             tally += look(files / name, self.whole[name][: line["bytes"]], closed=line["closed"])
         for path in files.glob("*.csv"):
@@ -258,10 +266,8 @@ def record(folder: Path, device: str, seconds: float) -> None:
 
     def saying(sync: Callable[[int], None]) -> Callable[[int], None]:
         def synced(descriptor: int) -> None:
-            size, path = (
-                os.fstat(descriptor).st_size,
-                Path(f"/proc/self/fd/{descriptor}").readlink(),
-            )
+            size = os.fstat(descriptor).st_size
+            path = Path(f"/proc/self/fd/{descriptor}").readlink()
             sync(descriptor)
             if path.suffix == ".csv":
                 say(path, size, closed=False)

@@ -12,7 +12,7 @@ export class Calibrating {
     $("fitwords").onclick = ({ target }) => target.matches("button") && say({ do: "save calibration" });
   }
 
-  tell(type, { calibration }) {
+  update(type, { calibration }) {
     if (type !== "calibration") return;
     this.on = Boolean(calibration.on);
     $("calibrate").ariaPressed = String(this.on);

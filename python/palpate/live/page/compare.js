@@ -20,7 +20,7 @@ export class Compare {
   }
 
   // A file that was opened with others is compared at once.
-  tell(type, { hello, state }) {
+  update(type, { hello, state }) {
     if (type !== "state") return;
     $("opencompare").hidden = !(state.comparable > 1);
     if (hello.kind === "file" && state.comparable > 1 && !this.asked) $("opencompare").click(this.asked = true);

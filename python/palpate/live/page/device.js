@@ -9,7 +9,7 @@ export class Device {
   }
 
   // One line while all is well; it opens at a warning.
-  tell(type, { device, hello }) {
+  update(type, { device, hello }) {
     if (type !== "device" && type !== "hello") return;
     this.options = Object.entries(device.options ?? {});
     const facts = device.facts ?? [];

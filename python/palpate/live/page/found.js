@@ -43,7 +43,7 @@ export class Found {
     this.show();
   }
 
-  tell(type, { hello, touches, session }) {
+  update(type, { hello, touches, session }) {
     const file = hello.kind === "file", counts = Object.entries(CHIPS).map(([word, holds]) => [word, touches.rows.filter(holds).length]);
     if (!["hello", "touches", "events"].includes(type)) return;
     for (const id of ["finder", "step", "going"]) $(id).hidden = !file;
@@ -56,7 +56,7 @@ export class Found {
 
   show() {
     this.select();
-    this.screen.tell("found");
+    this.screen.update("found");
     this.charts.redraw("time");
   }
 

@@ -19,7 +19,7 @@ export class Marks {
     $("noting").onsubmit = (event) => this.note(event);
   }
 
-  tell(type, known) {
+  update(type, known) {
     this.move();
     if (["events", "session", "hello"].includes(type)) this.show(known);
   }

@@ -2,16 +2,17 @@
 
 import { Calibrating } from "./calibration.js";
 import { FitPlot } from "./charts/fitplot.js";
-import { Connection } from "./connection.js";
 import { Compare } from "./compare.js";
+import { Connection } from "./connection.js";
+import { Depths } from "./depths.js";
 import { Device } from "./device.js";
 import { $, put } from "./dom.js";
 import { Found } from "./found.js";
 import { Marks } from "./marks.js";
 import { Signals } from "./preferences.js";
 import { Record } from "./record.js";
-import { Screen } from "./screen.js";
 import { Plan, Session } from "./session.js";
+import { Shell } from "./shell.js";
 import { Store } from "./store.js";
 import { merged } from "./table.js";
 import { Verification } from "./verification.js";
@@ -20,51 +21,78 @@ const SILENT = ["view", "cut", "compare", "read list", "settings"]; // asked for
 
 const store = new Store();
 const connection = new Connection({
-  up: () => link(null),
-  down: (title, text) => link({ title, text }),
+  up: () => showConnection(null),
+  down: (title, text) => showConnection({ title, text }),
   frame: (buffer) => {
     store.take(buffer);
     charts.frame();
   },
-  text: hear,
+  text: receive,
 });
-const screen = new Screen(store, {
-  say,
-  acts: { next: () => (compare.open ? compare.next() : known.found ? found.step(1) : session.next()), close, refuse },
+const shell = new Shell(store, {
+  send,
+  actions: { next, close, refuse, depth: (name) => depths.show(name) },
 });
-const { known, line, charts } = screen, answer = (text, bad) => line.answer(text, bad), found = new Found(screen, say, answer), compare = new Compare(say, answer);
-const marks = new Marks(known, say), session = new Session(known, say), plan = new Plan(known, say);
+const { known, line, charts } = shell;
+const answer = (text, bad) => line.answer(text, bad);
+const found = new Found(shell, send, answer);
+const compare = new Compare(send, answer);
+const marks = new Marks(known, send);
+const session = new Session(known, send);
+const plan = new Plan(known, send);
+const depths = new Depths(() => charts.show());
 charts.fitplot = new FitPlot($("fitplot"), charts);
-screen.parts.unshift(found, compare);
-screen.parts.push(session, marks, new Device(say), new Calibrating(say), new Verification(), new Record(known, say), new Signals(), { tell: enable });
+shell.parts.unshift(depths, found, compare);
+shell.parts.push(
+  session,
+  marks,
+  new Device(send),
+  new Calibrating(send),
+  new Verification(),
+  new Record(known, send),
+  new Signals(),
+  { update: enable },
+);
 
-const ANSWERS = {
-  done: (message) => {
-    known.forced &&= message.do !== "tare anyway";
-    if (!SILENT.includes(message.do)) answer(message.message);
-    if (message.do === "mark") marks.open(message.id, "");
-    if (message.do === "cut") charts.cursors.tell(message.message);
-    if (message.do === "compare") compare.show(message);
-    if (message.do === "plan") plan.answered(message.message, true);
-    if (message.do === "read list" && message.lines) plan.read(message.lines);
-  },
-  refused: (message) => {
-    if (!plan.answered(message.message)) answer(message.message, true);
-    known.forced = message.message.startsWith("tare:");
-    enable("state");
-  },
-};
-
-function hear(message) {
+function receive(message) {
   const { type } = message;
-  if (ANSWERS[type]) ANSWERS[type](message);
-  else screen.hear(type, type === "touches" ? merged(known.touches.rows, message) : message);
+  if (type === "done") showDone(message);
+  else if (type === "refused") showRefused(message);
+  else if (type === "touches") shell.receive(type, merged(known.touches.rows, message));
+  else shell.receive(type, message);
 }
 
-function say(message) {
+function showDone(message) {
+  if (message.do === "tare anyway") known.forced = false;
+  if (!SILENT.includes(message.do)) answer(message.message);
+  if (message.do === "mark") marks.open(message.id, "");
+  if (message.do === "cut") charts.cursors.tell(message.message);
+  if (message.do === "compare") showComparison(message);
+  if (message.do === "plan") plan.answered(message.message, true);
+  if (message.do === "read list" && message.lines) plan.read(message.lines);
+}
+
+function showRefused(message) {
+  if (!plan.answered(message.message)) answer(message.message, true);
+  known.forced = message.message.startsWith("tare:");
+  enable("state");
+}
+
+function showComparison(message) {
+  depths.show("lab");
+  compare.show(message);
+}
+
+function send(message) {
   const sent = connection.say(message);
   if (!sent && !SILENT.includes(message.do)) answer("Not connected: the command was not sent.", true);
   return sent;
+}
+
+function next() {
+  if (compare.open) compare.next();
+  else if (known.found) found.step(1);
+  else session.next();
 }
 
 // A key whose button cannot be pressed now.
@@ -72,38 +100,86 @@ function refuse({ firstChild }) {
   answer(`${firstChild.textContent.trim()}: not possible now${line.down ? ", without a connection" : ""}.`, true);
 }
 
-function link(down) {
+function showConnection(down) {
   if (!line.down || !down) known.offline = down && new Date().toLocaleTimeString();
   line.down = down;
   document.body.dataset.up = down ? "no" : "yes";
-  screen.tell("state");
+  shell.update("state");
 }
 
 // What can be done now.
 function enable(type) {
   if (type !== "state" && type !== "hello") return;
-  const { hello, state } = known, { simulation } = hello, up = !line.down, ended = state.state === "ended", { tone, word } = state.now ?? {};
-  const file = hello.kind === "file", demo = Boolean(simulation?.demo), idle = !up || file || ended;
-  known.forced &&= state.state !== "no contact";
+  const { hello, state } = known;
+  const { simulation } = hello;
+  const up = !line.down;
+  const ended = state.state === "ended";
+  const file = hello.kind === "file";
+  const demo = Boolean(simulation?.demo);
+  const idle = !up || file || ended;
+  if (state.state === "no contact") known.forced = false;
   const anyway = known.forced || state.line?.what === "touched";
-  const hidden = { tare: ended || file, again: !ended || file, mark: file, pause: file, record: file, discard: file || demo, calibrate: file || demo, openplan: demo, simulated: !simulation, progress: !state.progress };
-  const disabled = { tare: idle || (!anyway && tone === "fault" && word !== "Tare"), again: !up, mark: idle, record: idle && !(up && state.recording) };
-  for (const [name, on] of Object.entries({ file, demo, calibrated: Boolean(hello.calibrated) })) document.body.classList.toggle(name, on);
+  const faulty = state.now?.tone === "fault" && state.now.word !== "Tare";
+  const hidden = {
+    tare: ended || file,
+    again: !ended || file,
+    mark: file,
+    pause: file,
+    record: file,
+    discard: file || demo,
+    calibrate: file || demo,
+    openplan: demo,
+    simulated: !simulation,
+    progress: !state.progress,
+  };
+  const disabled = {
+    tare: idle || (!anyway && faulty),
+    again: !up,
+    mark: idle,
+    record: idle && !(up && state.recording),
+  };
   for (const [id, is] of Object.entries(hidden)) $(id).hidden = is;
   for (const [id, is] of Object.entries(disabled)) $(id).disabled = is;
+  document.body.classList.toggle("file", file);
+  document.body.classList.toggle("demo", demo);
+  document.body.classList.toggle("calibrated", Boolean(hello.calibrated));
   $("tare").dataset.do = anyway ? "tare anyway" : "tare";
   $("tare").firstChild.textContent = anyway ? "Tare anyway " : "Tare ";
   put($("progress").firstChild, state.progress ?? "");
-  const what = demo ? ["no board is connected"] : [hello.file?.name, (!simulation && hello.device) || hello.source, hello.scene, ...(hello.stated ?? [])];
-  put("source", [...what, state.recording?.name].filter(Boolean).join(" · "));
+  put("source", sourceWords(demo));
+  for (const button of document.querySelectorAll("[data-press]")) {
+    const { hidden: isHidden, disabled: isDisabled } = $(button.dataset.press);
+    button.hidden = isHidden;
+    button.disabled = isDisabled;
+  }
+}
+
+function sourceWords(demo) {
+  const { hello, state } = known;
+  const words = [];
+  if (demo) words.push("no board is connected");
+  else words.push(hello.file?.name, (!hello.simulation && hello.device) || hello.source, hello.scene, ...(hello.stated ?? []));
+  words.push(state.recording?.name);
+  return words.filter(Boolean).join(" · ");
 }
 
 function close() {
-  if (!$("marking").hidden) return marks.close();
-  if (compare.open) return compare.turn(false);
-  screen.close();
+  if (!$("marking").hidden) marks.close();
+  else if (compare.open) compare.turn(false);
+  else shell.close();
 }
 
-for (const button of document.querySelectorAll("[data-press]")) button.onclick = () => $(button.dataset.press).click();
-for (const button of document.querySelectorAll("[data-do]")) button.onclick = () => say({ do: button.dataset.do });
+function toggleFullScreen() {
+  if (document.fullscreenElement) document.exitFullscreen();
+  else document.documentElement.requestFullscreen();
+}
+
+for (const button of document.querySelectorAll("[data-press]")) {
+  button.onclick = () => $(button.dataset.press).click();
+}
+for (const button of document.querySelectorAll("[data-do]")) {
+  button.onclick = () => send({ do: button.dataset.do });
+}
+$("leave").onclick = () => $("discard").click();
+$("fullscreen").onclick = toggleFullScreen;
 $("menu").onclick = () => $("menu").hidePopover();

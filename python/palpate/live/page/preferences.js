@@ -45,7 +45,7 @@ export class Signals {
     for (const input of document.querySelectorAll("[name=signals]")) input.onchange = () => settings.signals === "on" && this.give("good");
   }
 
-  tell(type, { state }) {
+  update(type, { state }) {
     const tone = state.now?.tone;
     if (type !== "state" || tone === this.tone) return;
     const first = this.tone === undefined;

@@ -17,7 +17,7 @@ export class Record {
     $("csv").onclick = () => save(this.known.touches.rows, "touches.csv");
   }
 
-  tell(type, known) {
+  update(type, known) {
     if (type === "hello") this.settle(false);
     if (type === "state" || type === "hello") this.show(known);
   }

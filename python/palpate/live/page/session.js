@@ -18,7 +18,7 @@ export class Session {
     $("unknown").onclick = () => this.next();
   }
 
-  tell(type, known) {
+  update(type, known) {
     if (type === "session" || type === "hello") this.show(known);
     if (type === "session" || type === "state") this.showEnd(known);
   }

@@ -3,7 +3,7 @@
 
 import { $, aligned, arrange, make, put } from "./dom.js";
 import { clock, inUnit, modulusOf, places, plusMinus, settings, shoreA, signed } from "./formatting.js";
-import { running, truthOf } from "./now.js";
+import { running, truthOf } from "./instruction.js";
 
 const AFTER_S = 2; // a mark so long after a touch is shown beside it
 const SPARE = 1000; // px above and below what is in sight
@@ -22,7 +22,7 @@ export class Table {
     addEventListener("beforeprint", () => this.draw(true));
   }
 
-  tell(type) {
+  update(type) {
     if (["touches", "events", "session", "hello", "chosen", "found"].includes(type)) this.show();
     if (type === "state") this.showRunning();
     if (type === "chosen") this.reveal();

@@ -3,7 +3,7 @@
 import { $, put } from "./dom.js";
 
 export class Verification {
-  tell(type, { verification }) {
+  update(type, { verification }) {
     if (type !== "verification") return;
     $("verification").hidden = !verification.text;
     $("verification").classList.toggle("bad", !verification.agrees);

@@ -1,7 +1,7 @@
 // One touch: its estimate in per cent of the present one, with its standard error; below it the CUSUM.
 
 import { number, signed } from "../formatting.js";
-import { truthOf } from "../now.js";
+import { truthOf } from "../instruction.js";
 import { placed, placesOf, ticks, timeStep, wrapped } from "./axes.js";
 import { unit } from "./sheet.js";
 import { SvgChart, area, box, clipped, dot, label, line, measure, ruler } from "./svg.js";

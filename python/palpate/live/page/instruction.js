@@ -9,8 +9,8 @@ const NEAR_S = 0.5; // between the clocks of the simulated hand and of the sampl
 const SLOTS = 8; // more touches of a specimen are only counted
 const NO_TOUCH = { number: "–", unit: "", pm: "", range: "no touch is measured", secondname: "Ratio", number2: "–", range2: "" };
 
-export class Now {
-  tell(type, known) {
+export class Instruction {
+  update(type, known) {
     const { length } = known.touches.rows, file = known.found && length > 0 && { tone: "idle", share: null, word: grouped(known.chosen ?? length), sub: known.chosen ? `of ${grouped(length)}, at ${clock(known.touches.rows[known.chosen - 1].start_s - known.hello.origin_s)}` : "touches" };
     this.showState(known.offline ? { word: "Offline", sub: `the last data is from ${known.offline}`, tone: "fault", share: null } : file || known.state.now);
     this.showNumbers(known);

@@ -7,10 +7,10 @@ const GLYPHS = { fault: "✕ ", caution: "▲ ", note: "● ", quiet: "", finish
 const ANSWER_MS = 8000;
 const LOUD = ["fault", "caution"];
 
-export class Line {
+export class StatusLine {
   down = null; // { title, text } while there is no connection
 
-  tell(type, known) {
+  update(type, known) {
     if (["state", "hello", "looking"].includes(type)) this.show(known);
     if (type === "state") put("announced", known.state.announce ?? "");
   }
