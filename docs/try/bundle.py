@@ -74,7 +74,7 @@ def demo(folder: Path) -> None:
         "--object",
         "demo=2.18",
         "--touches",
-        3,
+        2,
         "--seed",
         22,
     )
@@ -87,34 +87,68 @@ def page() -> bytes:
         core(folder / "palpate.wasm")
         scripts(folder)
         demo(folder / "demo")
-        for path in (
-            folder / "palpate.wasm",
-            folder / "demo" / "demo.csv",
-            folder / "demo" / "demo.json",
-        ):
+        rows = folder / "demo.rows"
+        rows.write_text(without_capacitances(folder / "demo" / "demo.csv"), encoding="ascii")
+        for path in (folder / "palpate.wasm", rows, folder / "demo" / "demo.json"):
             (folder / f"{path.name}.gz").write_bytes(gzip.compress(path.read_bytes(), 9, mtime=0))
         script = _bundled(
             folder / "try.js", "--format=iife", "--loader:.gz=binary", "--target=es2022"
         )
         style = _bundled(folder / "try.css")
+    text, live = (
+        path.read_text(encoding="utf-8") for path in (HERE / "index.html", PAGE / "index.html")
+    )
+    for empty, tag, name in re.findall(r'(<(section|dialog|div) id="(\w+)"></\w+>)', text):
+        text = text.replace(empty, part_of(live, tag, name))
+    style = without_unused(style, text, script)
     policy = (  # it runs its own script, the core, and its own style; no request leaves it
         f"default-src 'none'; script-src {_hash(script)} 'wasm-unsafe-eval'; style-src {_hash(style)}; img-src data:; "
         "base-uri 'none'; form-action 'none'"
     )
     icon = base64.b64encode((PAGE / "icon.svg").read_bytes()).decode()
     head = f'<meta http-equiv="Content-Security-Policy" content="{policy}">\n<link rel="icon" href="data:image/svg+xml;base64,{icon}">'
-    text, live = (
-        path.read_text(encoding="utf-8") for path in (HERE / "index.html", PAGE / "index.html")
-    )
-    # the same part of the live page
-    for empty in re.findall(r'<(?:section|dialog) id="\w+"></\w+>', text):
-        whole = re.search(
-            rf"{empty.partition('>')[0]}.*?{empty[empty.index('</') :]}", live, re.DOTALL
-        )
-        assert whole, empty
-        text = text.replace(empty, whole[0])
     text = text.replace('<link rel="stylesheet" href="try.css">', f"{head}\n<style>{style}</style>")
     return text.replace('<script src="try.js"></script>', f"<script>{script}</script>").encode()
+
+
+def without_capacitances(path: Path) -> str:
+    """Return the rows of a recording without the columns that follow from its codes; try.js puts them back."""
+    lines = path.read_text(encoding="ascii").splitlines()
+    kept = [at for at, name in enumerate(lines[0].split(",")) if not name.endswith("_pF")]
+    rows = [line.split(",") for line in lines[1:]]
+    return "\n".join(",".join(row[at] for at in kept) for row in rows)
+
+
+def without_unused(style: str, page: str, script: str) -> str:
+    """Return a minified style sheet without selectors of ids that the page lacks, and of classes that script and page lack."""
+
+    def is_used(selector: str) -> bool:
+        outside = selector
+        while outside != (less := re.sub(r"\([^()]*\)", "", outside)):
+            outside = less
+        ids = re.findall(r"#([\w-]+)", outside)
+        classes = re.findall(r"\.([a-z][\w-]*)", outside)
+        return all(f'id="{name}"' in page for name in ids) and all(
+            re.search(rf"\b{name}\b", page + script) for name in classes
+        )
+
+    def used(rule: re.Match[str]) -> str:
+        selectors = re.split(r",(?![^(]*\))", rule[1])
+        kept = ",".join(filter(is_used, selectors))
+        return f"{kept}{{{rule[2]}}}" if kept else ""
+
+    return re.sub(r"([^{}@;]+)\{([^{}]*)\}", used, style)
+
+
+def part_of(page: str, tag: str, name: str) -> str:
+    """Return the element of a page that has this tag and id, with all that is in it."""
+    begin = page.index(f'<{tag} id="{name}"')
+    depth = 0
+    for edge in re.finditer(rf"<(/?){tag}\b", page[begin:]):
+        depth += -1 if edge[1] else 1
+        if depth == 0:
+            return page[begin : begin + edge.end()] + ">"
+    raise RuntimeError(f"{name}: got no end of <{tag}>, allowed: as many ends as beginnings")
 
 
 def _given() -> dict[str, Any]:

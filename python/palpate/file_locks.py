@@ -4,11 +4,14 @@ import errno
 import os
 import sys
 import time
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
 from typing import IO, Any
 
 # a reader that asks has the lock for some microseconds
 _WAIT_S = 1.0
+_CHANGE_WAIT_S = 20.0  # several programs may change a file, one after the other
 _AGAIN_S = 0.005
 
 if sys.platform == "win32":  # pragma: no cover: Windows only
@@ -36,9 +39,9 @@ else:
         fcntl.flock(descriptor, fcntl.LOCK_UN)
 
 
-def lock(file: IO[Any]) -> None:
+def lock(file: IO[Any], wait_s: float | None = None) -> None:
     """Lock an open file, if the file system has locks; BlockingIOError: another process has it."""
-    until = time.monotonic() + _WAIT_S
+    until = time.monotonic() + (_WAIT_S if wait_s is None else wait_s)
     while _is_taken(file, shared=False):
         if time.monotonic() > until:
             raise BlockingIOError(errno.EWOULDBLOCK, os.strerror(errno.EWOULDBLOCK))
@@ -49,6 +52,47 @@ def unlock(file: IO[Any]) -> None:
     """Unlock a file before it is closed: Windows would unlock later, and a child may have it open."""
     with suppress(OSError):
         _release(file.fileno())
+
+
+@contextmanager
+def exclusive_change(path: Path) -> Iterator[None]:
+    """Let one program at a time read, change and replace a file; the others wait.
+
+    The lock is on a file of its own, .NAME.lock, since the file itself is replaced. It is removed
+    afterwards. BlockingIOError: another program does not end its change.
+    """
+    beside = path.with_name(f".{path.name}.lock")
+    try:
+        file = _locked(beside)
+    except BlockingIOError as error:
+        text = f"another program has been changing it for {_CHANGE_WAIT_S:g} s: try again"
+        raise BlockingIOError(error.errno, text, str(path)) from error
+    try:
+        yield
+    finally:
+        if sys.platform != "win32":
+            beside.unlink(missing_ok=True)  # before the lock ends: the next one makes its own
+        unlock(file)
+        file.close()
+        if sys.platform == "win32":  # pragma: no cover: Windows only
+            with suppress(OSError):  # another program has opened it, and removes it
+                beside.unlink()
+
+
+def _locked(path: Path) -> IO[Any]:
+    """Return the file of this path, open and locked: not one that was removed meanwhile."""
+    while True:
+        file = path.open("ab")
+        try:
+            lock(file, _CHANGE_WAIT_S)
+            if path.exists() and os.path.samestat(os.fstat(file.fileno()), path.stat()):
+                return file
+        except FileNotFoundError:  # removed between the two questions
+            pass
+        except BaseException:
+            file.close()
+            raise
+        file.close()
 
 
 def is_in_use(file: IO[Any]) -> bool:

@@ -1,7 +1,9 @@
 """A specimen of known modulus compared with a calibration: probabilities, the file, and the warning."""
 
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from functools import partial
 from math import inf, isnan, log, nan
 from pathlib import Path
 
@@ -23,6 +25,7 @@ from palpate.calibration.interval import MeasuredRatio
 from palpate.calibration.modulus import Modulus
 from palpate.elasticity import SORBOTHANE_MPA, Elasticity
 from palpate.errors import CalibrationError
+from palpate.file_locks import exclusive_change
 from palpate.files import read_toml
 from project import FOUR
 
@@ -221,6 +224,30 @@ def test_the_newest_comparison_decides(calibration: Calibration, tmp_path: Path)
     repaired = Calibration.load(path)
     assert repaired.is_reliable
     assert calibration_doubts(repaired, "handheld") == []
+
+
+def test_results_that_are_added_at_once_are_all_kept(
+    calibration: Calibration, tmp_path: Path
+) -> None:
+    path = tmp_path / "probe.toml"
+    calibration.save(path)
+    results = [replace(AGREES, specimen=f"gel {number}") for number in range(12)]
+    with ThreadPoolExecutor(len(results)) as pool:
+        list(pool.map(partial(add_verification, path), results))
+    kept = {one.specimen for one in Calibration.load(path).verifications}
+    assert kept == {one.specimen for one in results}
+    assert [file.name for file in tmp_path.iterdir()] == [path.name]  # no lock is left
+
+
+def test_a_change_that_does_not_end_is_said(
+    calibration: Calibration, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("palpate.file_locks._CHANGE_WAIT_S", 0.05)
+    path = tmp_path / "probe.toml"
+    calibration.save(path)
+    with exclusive_change(path), pytest.raises(BlockingIOError, match="another program"):
+        add_verification(path, AGREES)
+    assert not Calibration.load(path).verifications
 
 
 def test_a_file_keeps_the_newest_comparisons(calibration: Calibration, tmp_path: Path) -> None:

@@ -52,7 +52,8 @@ def test_the_session(folder: Path, tmp_path: Path) -> None:
 
 def test_replay_adds_the_modulus(folder: Path) -> None:
     plain = run("replay", folder / "gel" / "gel.csv").stdout.splitlines()
-    result = run("replay", folder / "gel" / "gel.csv", "--calibration", folder / "probe.toml")
+    given = ("replay", folder / "gel" / "gel.csv", "--calibration", folder / "probe.toml")
+    result = run(*given)
     assert (result.exit_code, result.stderr.split(": ", 1)[1]) == (
         0,
         "simulated: no probe was used\n",
@@ -61,7 +62,11 @@ def test_replay_adds_the_modulus(folder: Path) -> None:
     assert len(lines) == len(plain) + 2 == 7
     for before, after in zip(plain, lines, strict=False):
         assert after.split()[:3] == before.split()[:3]
-    assert all("(calibration)" in line for line in lines[1:5])
+        assert len(after) <= 80
+    assert lines[1].split()[3:6] == ["4.15", "±", "0.12"]
+    for touch in document(*given)["touches"]:  # which the narrow table leaves out
+        assert touch["uncertainty_from"] == "calibration"
+        assert touch["covariance"] > 0
     assert lines[5].startswith("mean of 4 touches: 4.20")
     assert re.fullmatch(
         r"The intervals are of 95 %, and include the scatter from touch to touch \(2\.\d %\)\.",
@@ -364,3 +369,16 @@ def test_errors(
 @pytest.mark.parametrize("text", ["gel=soft", "gel=-1", "a/b=1", "=1"])
 def test_an_object_that_is_none(text: str, tmp_path: Path) -> None:
     assert run("simulate", "-o", tmp_path / "x", "--object", text).exit_code == 2
+
+
+def test_touches_under_a_wrong_specimen_are_named(folder: Path, tmp_path: Path) -> None:
+    shutil.copytree(folder / "ten", tmp_path / "ten")
+    for suffix in ("csv", "json"):
+        soft, stiff = (tmp_path / "ten" / f"{name}.{suffix}" for name in ("30OO", "50A"))
+        soft.rename(tmp_path / "ten" / f"kept.{suffix}")
+        stiff.rename(soft)
+        (tmp_path / "ten" / f"kept.{suffix}").rename(stiff)
+    moduli = tmp_path / "ten" / "moduli.csv"
+    result = run("calibrate", *specimens(tmp_path), "--moduli", moduli, "-o", tmp_path / "p.toml")
+    assert result.exit_code in (4, 5)
+    assert "30 OO and 50 A seem to be exchanged\n" in result.stderr

@@ -121,7 +121,9 @@ def test_progress_is_shown_on_a_terminal_only(tmp_path: Path) -> None:
     )
     assert (" pairs, 0 lost, " in drawn, "\r" in printed) == (True, False)
     check_words = ["check", str(FOUR), str(FOUR)]
-    assert "check  [##" in on_a_terminal(check_words)[1]
+    bar, *notes = on_a_terminal(check_words)[1].replace("\r\n", "\n").rstrip().split("\n")
+    assert "check  [##" in bar
+    assert notes == 2 * [f"{FOUR}: simulated: no probe was used"]  # below the bar
     assert "\r" not in run(*check_words).output
 
 

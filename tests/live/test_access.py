@@ -139,6 +139,17 @@ def test_the_path_has_the_token(path: str, wanted: int) -> None:
         assert headers[b"location"] == f"/{TOKEN}/".encode()
 
 
+def test_a_wrong_token_shows_a_page_that_says_what_to_type(page: Browser) -> None:
+    with Live() as live:
+        page.driver.get(f"{live.origin}{live.token[:-1]}/")
+        text = page.run("return document.body.innerText")
+        assert "This address is not valid." in text
+        assert "palpate live prints a new address" in text
+        ground = "return getComputedStyle(document.querySelector('main')).backgroundColor"
+        assert page.run(ground) == "rgb(255, 255, 255)"  # its own style is let through
+        assert not [one for one in page.complaints() if "403" not in one]
+
+
 def test_only_files_of_the_page_are_served() -> None:
     bench: Any = SimpleNamespace(
         measurement=SimpleNamespace(
@@ -179,7 +190,7 @@ def test_another_server_of_this_machine_gets_no_token(
 ) -> None:
     """A cookie knows no port; the page therefore has none, and says nobody where it was."""
     live = serve()
-    page.driver.get(live.address)
+    page.driver.get(live.lab)
     page.until(lambda: page["simulated"].is_displayed())
     heard = []
     with socket.create_server((HOST, 0)) as other:

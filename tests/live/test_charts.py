@@ -10,6 +10,7 @@ from live_browser import Browser
 from page_charts import drag, drawn, fire, look, settled, share_of, window
 from page_data import GAP, ORIGIN_S, RATE, State, state
 from page_states import Canned, opened
+from palpate import number_format
 from palpate.live.feed import ROW, RowFlag, Rows
 from selenium.webdriver.common.keys import Keys
 
@@ -218,12 +219,18 @@ def test_the_touch_chart_shows_the_running_or_the_chosen_touch_and_charts_have_n
 ) -> None:
     now = drawn(page)["touch"]
     assert (now["number"], now["scale"] in (0.2, 0.5, 1, 2, 5, 10)) == (20, True)
-    assert page.text("touchtitle") == "Touch 20 · 30 OO · ratio, % from now"
+    assert page.text("touchtitle") == "Touch 20 · 30 OO · running"
     page.run("palpate.charts.choose(12)")
     page.until(lambda: drawn(page)["touch"]["number"] == 12)
-    assert page.text("touchtitle") == "Touch 12 · 30 A · ratio, % from its result"
-    [said] = drawn(page)["touch"]["labels"]
-    assert said["text"].replace("\n", " ").startswith("▲ offset: the soft bump is reached")
+    assert page.text("touchtitle") == "Touch 12 · 30 A"
+    [pin] = page.all("#touchplot .pin")
+    assert pin.get_attribute("title").startswith("offset: the soft bump is reached")
+    # the whole uncertainty, as beside the ratio everywhere; the noise alone is the band
+    touch = live.state.told["touches"]["rows"][11]
+    percent = number_format.error(100 * touch["uncertainty"] / touch["ratio"])
+    shown = page.run("return document.querySelector('#touchplot svg').textContent")
+    assert shown.count("±") == 1
+    assert f"± {percent} %" in shown
     names = page.run(
         "return [...document.querySelectorAll('.plot [role=img]')].map((e) => e.getAttribute('aria-label'))"
     )
@@ -238,6 +245,17 @@ def test_the_course_of_a_touch_whose_rows_are_not_here_is_asked_for(page: Browse
         opened(page, server, "contact")
         page.run("palpate.charts.choose(2)")
         page.until(lambda: drawn(page)["touch"]["number"] == 2)
+
+
+def test_no_number_of_a_touch_lies_on_the_frame_of_the_window(page: Browser, live: Canned) -> None:
+    for begin, end in ((20, 60), (24, 51), (108, 118)):
+        look(page, begin, end)
+        frame = [
+            share_of(page, "overview", t) * drawn(page)["overview"]["width"] for t in (begin, end)
+        ]
+        for label in drawn(page)["overview"]["labels"]:
+            for edge in frame:
+                assert not label["x"] - 1 < edge < label["x"] + label["width"] + 1, (label, frame)
 
 
 def test_a_gap_is_not_joined_and_a_touch_that_ends_is_not_lost(page: Browser, live: Canned) -> None:

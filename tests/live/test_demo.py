@@ -67,8 +67,8 @@ def test_it_keeps_to_the_clock() -> None:
 
 def test_the_first_picture_without_a_board(serve: Callable[..., Live], page: Browser) -> None:
     live = serve("--no-token", source="")
-    page.driver.get(live.address)
-    page.until(lambda: page.text("pm").startswith("±"))
+    page.driver.get(live.lab)
+    page.until(lambda: "±" in page.text("range"))
     shown = page["simulated"].text, page.text("says"), page.text("nexthead"), page.text("nextname")
     assert shown[0] == "Simulation"
     assert shown[1].startswith(

@@ -91,7 +91,7 @@ def test_settings_with_which_the_board_does_not_begin(tmp_path: Path) -> None:
     soon(lambda: bench.measurement.last)
     with pytest.raises(palpate.errors.SourceError):
         bench.obey("device", excitation="A")
-    assert bench.waited("ended").now.word == "Stop"
+    assert bench.waited("ended").now.word == "Ended"
     bench.obey("again")
     assert device(bench).options["excitation"].value == "B"
     bench.measurement.close()

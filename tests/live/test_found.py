@@ -13,8 +13,9 @@ from live_bench import OWN_FILE
 from live_browser import Browser
 from live_server import Live
 from page_charts import drag, drawn, fire, settled, share_of, window
-from page_data import ORIGIN_S
-from page_states import Canned
+from page_data import ORIGIN_S, State, state
+from page_states import Canned, opened
+from palpate import number_format
 from palpate.recording import sidecar
 from palpate.recording.session import Entry, Plan, plan_of
 from selenium.webdriver.common.keys import Keys
@@ -41,7 +42,7 @@ def test_from_touch_to_touch_and_to_a_time(page: Browser, file: Canned) -> None:
     assert find(page, "50 A") == [5, 6, 7, 8, 9]
     page["find"].send_keys(Keys.TAB)
     page.press("n")
-    assert (page.text("word"), page.text("mainname")) == ("5", "Modulus, touch 5")
+    assert (page.text("word"), page.text("mainname")) == ("5", "Touch 5")
     touch = file.state.told["touches"]["rows"][4]
     begin, end = window(page)
     assert begin < touch["start_s"] - ORIGIN_S < touch["end_s"] - ORIGIN_S < end < begin + 37
@@ -83,15 +84,49 @@ def test_words_narrow_together(page: Browser, file: Canned) -> None:
     used = [one["ratio"] for one in rows[4:9] if one["kept"]]
     assert page.text("foundcount") == "5 of 20 found · 4 count\nSave 5 as CSV"
     mean, spread = statistics.mean(used), statistics.stdev(used)
-    said = page.text("statistics")
-    assert f"Mean\n{palpate.number_format.plus_minus(mean, spread / 2)}\n" in said
-    assert f"{100 * spread / mean:.2f} %" in said
-    times = [one["start_s"] for one in rows[4:9] if one["kept"]]
-    fit, covariance = np.polyfit(times, used, 1, cov=True)
-    slope, error = (
-        abs(float(value)) * 360_000 / mean for value in (fit[0], covariance[0, 0] ** 0.5)
-    )
-    assert palpate.number_format.plus_minus(slope, error) in said
+    percent = number_format.error(100 * spread / mean)
+    expected = f"Mean\n{number_format.number(mean, spread)}\ns.d.\n{number_format.error(spread)}, {percent} %"
+    assert page.text("statistics") == expected  # no slope: the touches are within an hour
+
+
+def test_a_slope_is_given_from_an_hour_on(page: Browser) -> None:
+    told = state("file").told
+    rows = told["touches"]["rows"]
+    for one in rows:
+        for name in ("start_s", "end_s"):
+            one[name] *= 60
+    told["state"]["end_s"] = rows[-1]["end_s"]
+    with Canned(State(state("file").rows, told)) as server:
+        opened(page, server, "file")
+        find(page, "50 A; 1:00:00-2:00:00")
+        assert "Slope" not in page.text("statistics")
+        find(page, "")
+        used = [one for one in rows if one["kept"]]
+        times, ratios = ([one[name] for one in used] for name in ("start_s", "ratio"))
+        fit, covariance = np.polyfit(times, ratios, 1, cov=True)
+        mean = statistics.mean(ratios)
+        slope, error = (
+            abs(float(value)) * 360_000 / mean for value in (fit[0], covariance[0, 0] ** 0.5)
+        )
+        assert number_format.plus_minus(slope, error) in page.text("statistics")
+
+
+def test_a_time_moves_the_touch_and_its_numbers_too(page: Browser, file: Canned) -> None:
+    """Also a time without a touch: then the nearest one is shown."""
+    rows = file.state.told["touches"]["rows"]
+    times = ((140.5, 15, "Touch 15, 2 s later"), (103, 11, ""), (0.5, 1, "Touch 1, 4 s later"))
+    for at, number, said in times:
+        page.press("g")
+        page["time"].clear()
+        page["time"].send_keys(f"{at}" + Keys.ENTER)
+        page.until(lambda at=at: np.mean(window(page)) == pytest.approx(at, abs=18))
+        t = at + ORIGIN_S
+        away = [max(one["start_s"] - t, t - one["end_s"], 0) for one in rows]
+        assert away.index(min(away)) + 1 == number
+        assert page.text("word") == str(number), at
+        assert page.text("mainname").startswith(f"Touch {number}")
+        assert said in page.text("answer")
+        page.press(Keys.ESCAPE)
 
 
 def test_a_zoom_is_about_the_middle_and_the_values_at_the_pointer_go_along(

@@ -107,7 +107,7 @@ def test_a_recording_has_those_of_its_measurement(
 
 def test_the_page_lists_them_with_their_time(page: Browser, tmp_path: Path) -> None:
     with Live("--falling", source=str(jumped(tmp_path))) as server:
-        page.driver.get(server.address)
+        page.driver.get(f"{server.address}#lab")
         page.until(lambda: page.all("#marks li"))
         assert page.text("source").endswith("handheld · falling")
         entries = [entry.text for entry in page.all("#marks li")]

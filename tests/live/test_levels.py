@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from palpate.live import levels as module
 from palpate.live.feed import BINS_PER_S, FIELDS, ROW, Rows, thinned
-from palpate.live.levels import Levels
+from palpate.live.levels import MultiresolutionRows
 
 SMALL = {"FINEST": 600, "EARLIER": 400, "WHOLE": 800, "KEPT": 100, "NEWEST": 50}
 
@@ -74,7 +74,7 @@ def test_a_view_has_the_extremes_of_all_rows(
     with pytest.MonkeyPatch.context() as patch:
         for name, value in SMALL.items():
             patch.setattr(module, name, value)
-        levels, at = Levels(whole=whole), 0
+        levels, at = MultiresolutionRows(whole=whole), 0
         while at < count:
             size = int(draw.integers(1, 200))
             levels.add(every[at : at + size])
@@ -102,7 +102,7 @@ def test_a_view_has_the_extremes_of_all_rows(
 def test_memory_of_a_long_measurement_is_bounded() -> None:
     """A day at 1 kHz, in blocks: the newest rows and a quarter more, and few rows for all before."""
     seconds = 86_400 if NIGHTLY else 1200
-    levels, second = Levels(), made(np.arange(1000) / 1000, np.random.default_rng(1))
+    levels, second = MultiresolutionRows(), made(np.arange(1000) / 1000, np.random.default_rng(1))
     begun = second["t_s"].copy()
     for number in range(seconds):
         second["t_s"] = begun + number

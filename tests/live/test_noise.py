@@ -41,7 +41,7 @@ def test_the_sentence_has_the_rms_and_what_stands_out(hz: float, said: str) -> N
     """A mean of 8192 samples: two digits of an rms of 12 aF, or of the root of 12² + 20² aF²."""
     assert (
         noise_of(made(line_hz=hz, line_aF=20.0))
-        == f"Noise without contact, 213 s: hard {said}, soft 7 aF rms."
+        == f"Noise without contact, 213 s: hard {said}, soft 7.0 aF rms."
     )
 
 
@@ -51,7 +51,7 @@ def test_touches_and_missing_values_are_left_out() -> None:
     rows["flags"][3000:4000] = int(RowFlag.CONTACT)
     rows["hard"][5000] = np.nan
     rows["flags"][5000] = int(RowFlag.REFUSED)
-    assert "hard 12 aF rms, soft 7 aF rms." in noise_of(rows)
+    assert "hard 12 aF rms, soft 7.0 aF rms." in noise_of(rows)
     rows["t_s"][6000:] += 3.0
     for segment in idle(rows):
         assert not segment["flags"].any()

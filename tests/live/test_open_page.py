@@ -9,11 +9,11 @@ from unittest.mock import AsyncMock
 
 import numpy as np
 import pytest
-from live_bench import SOURCE, begun, client
+from live_bench import OWN_FILE, SOURCE, begun, client
 from live_server import PATIENCE_S
 from palpate.live import app as module
 from palpate.live.feed import HEADER, ROW, FrameKind
-from palpate.live.levels import KEPT, Levels
+from palpate.live.levels import KEPT, MultiresolutionRows
 from palpate.live.open_page import FRAME_ROWS, PageClient
 from palpate.live.page_commands import ViewCommand
 
@@ -26,10 +26,10 @@ async def turns() -> None:
 
 
 def with_page(
-    test: Callable[[PageClient, Levels, asyncio.Event], Awaitable[None]],
+    test: Callable[[PageClient, MultiresolutionRows, asyncio.Event], Awaitable[None]],
 ) -> tuple[list[str], list[bytes]]:
     """Run a test with a page that sends, and the event that its connection has room; return its texts and frames."""
-    socket, levels = AsyncMock(), Levels()
+    socket, levels = AsyncMock(), MultiresolutionRows()
 
     async def run() -> None:
         page, room = PageClient(socket, levels), asyncio.Event()
@@ -61,7 +61,7 @@ def test_a_page_that_does_not_read_costs_nothing_and_goes_on_later(missed: int) 
     rows = np.zeros(missed, ROW)
     rows["t_s"] = np.arange(missed) / 38
 
-    async def test(page: PageClient, levels: Levels, room: asyncio.Event) -> None:
+    async def test(page: PageClient, levels: MultiresolutionRows, room: asyncio.Event) -> None:
         for begin in range(0, missed, 64):
             levels.add(rows[begin : begin + 64])
             page.wake()
@@ -81,7 +81,7 @@ def test_a_page_that_does_not_read_costs_nothing_and_goes_on_later(missed: int) 
 
 
 def test_the_state_comes_before_the_answer_and_only_the_newest() -> None:
-    async def test(page: PageClient, _levels: Levels, _room: asyncio.Event) -> None:
+    async def test(page: PageClient, _levels: MultiresolutionRows, _room: asyncio.Event) -> None:
         page.send_message("state", "recording: run.csv")
         page.send_answer("closed")
         page.send_message("state", "recording: none")
@@ -109,3 +109,25 @@ def test_rows_and_a_new_line_go_out_at_once(
                 lines.append(told["line"]["what"])
     bench.measurement.close()
     assert (rows > 0, len(lines) < 20) == (True, True)
+
+
+def test_a_touch_goes_out_when_it_has_ended(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With its session, and again when it is revised; no page asks, and the server looks once in an hour."""
+    monkeypatch.setattr(module, "_STATES_PER_S", 1 / (60 * PATIENCE_S))
+    bench = begun(f"{OWN_FILE}?speed=20", tmp_path, record=False)
+    kinds = []
+    revised: list[bool] = []
+    with client(bench) as page, page.websocket_connect("/ws") as socket:
+        while revised[:2] != [False, True]:
+            message = socket.receive()
+            told = json.loads(message.get("text") or "{}")
+            if told.get("rows"):
+                kinds.append(told["type"])
+                revised += [row["revised"] for row in told["rows"]]
+            elif told.get("type") == "session":
+                kinds.append(told["count"]["kept"])
+    bench.measurement.close()
+    assert kinds[-1] == "touches"
+    assert bench.measurement.touches

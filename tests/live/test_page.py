@@ -29,8 +29,8 @@ def test_a_session(page: Browser, serve: Serve, tmp_path: Path) -> None:
     """Measured, marked, recorded twice, tared, downloaded; no request leaves the machine."""
     # no pair of it comes late
     live = serve("--record", str(tmp_path / "run.csv"), source=f"{OWN_FILE}?speed=1")
-    page.driver.get(live.address)
-    page.until(lambda: page.text("word") == "Hold" and "±" in page.text("pm"))
+    page.driver.get(live.lab)
+    page.until(lambda: page.text("word") == "Hold" and "±" in page.text("range"))
     truths = [touch.ratio for touch in palpate.touches(OWN_FILE)]
     # the first pairs have a large error; a slow browser may see a later touch
     page.until(lambda: any(abs(float(page.text("number")) / truth - 1) < 0.01 for truth in truths))
@@ -46,7 +46,7 @@ def test_a_session(page: Browser, serve: Serve, tmp_path: Path) -> None:
     page.until(lambda: "Recording to " in page.text("answer"))
     page.until(lambda: _tared(page))
     (page.downloads / "run.csv").unlink(missing_ok=True)
-    page["openfiles"].click()
+    page.click("openfiles")
     page["downloads"].find_element("link text", "run.csv").click()
     page.downloaded("run.csv")
     assert live.end() == 130
@@ -70,7 +70,7 @@ def test_a_session_of_ten_specimens(page: Browser, serve: Serve, tmp_path: Path)
     assert run("record", "sim:ten-specimens?seed=3", "-o", ten, "--touches", "40").exit_code == 0
     live = serve("--folder", str(tmp_path), source=f"{ten}?speed=60")
     page.driver.get(live.address)
-    page.until(lambda: page.text("word") == "Stop" and page["again"].is_displayed())
+    page.until(lambda: page.text("verb") == "Ended" and page["againhere"].is_displayed())
     page.press("p")
     lines = [f"{name}; {modulus}".replace(".", ",") for name, modulus in SORBOTHANE_MPA.items()]
     page["list"].send_keys("\n".join(lines))
@@ -82,24 +82,21 @@ def test_a_session_of_ten_specimens(page: Browser, serve: Serve, tmp_path: Path)
     once = f"if (!document.all.record.disabled) clearInterval(once), {press_r}"
     # from here it may come after the end: that is 6 s away
     page.run(f"const once = setInterval(() => {{ {once} }}, 10)")
-    page["again"].click()
+    page["againhere"].click()
     page.press("k")
     page.until(
         lambda: (
-            page.text("word") == "Done" and "Calibration saved, report ready." in page.text("says")
+            page.text("verb") == "Done" and "Calibration saved, report ready." in page.text("says")
         )
     )
     assert page.text("says").startswith("✓ 40 of 40 done.")
-    page.until(
-        lambda: (
-            (page.text("number2"), page.text("range2")) == ("10 of 10", "fitted to them: no test")
-        )
-    )
-    assert 2 < float(page.text("number").split()[1]) < 4
+    page.until(lambda: "10 of 10 known moduli are in their intervals" in page.text("spread"))
+    assert "fitted to them: no test" in page.text("spread")
+    assert 2 < float(page.text("mean").split()[3]) < 4
     assert "got " not in page.all("body")[0].text
     page["openreport"].click()
     page.press("n")
-    page.until(lambda: page.text("word") != "Done")
+    page.until(lambda: page.text("verb") != "Done")
     assert {path.suffix for path in tmp_path.glob("p*")} == {".toml", ".html", ".csv", ".json"}
     live.end()
 
@@ -116,7 +113,7 @@ def test_a_server_that_is_killed_and_comes_back(
 ) -> None:
     """With the same address the page goes on; with another token it says that its address is no longer valid."""
     live = serve("--no-token", "--record", str(tmp_path / "run.csv"))
-    page.driver.get(live.address)
+    page.driver.get(live.lab)
     page.until(lambda: is_up(page) and "Recording 00:0" in page.text("record"))
     live.end(signal.SIGKILL)
     page.until(lambda: page.text("word") == "Offline")
@@ -135,7 +132,7 @@ def test_a_server_that_is_killed_and_comes_back(
     page.until(lambda: page.text("says").startswith("✕ Address no longer valid."))
     page.driver.get(locked.origin)
     assert "token: missing or wrong" in page.all("body")[0].text
-    page.driver.get(locked.address)
+    page.driver.get(locked.lab)
     page.until(lambda: is_up(page))
     locked.end()
 

@@ -4,6 +4,8 @@ import logging
 import re
 import signal
 import subprocess
+import sys
+from contextlib import ExitStack, suppress
 from pathlib import Path
 
 import pytest
@@ -11,7 +13,7 @@ from command_lines import run
 from live_bench import HOST
 from live_server import PATIENCE_S, Live
 from palpate.cli.live import library_logs
-from palpate.live.server import listen
+from palpate.live.server import PortInUse, listen, listen_near
 
 
 def test_what_is_refused_before_anything_is_measured() -> None:
@@ -26,6 +28,29 @@ def test_what_is_refused_before_anything_is_measured() -> None:
         "--no-token: got --host 0.0.0.0, allowed: only with an address of this machine"
         in result.stderr
     )
+
+
+def test_the_next_free_port_is_taken_if_none_was_asked_for() -> None:
+    with listen(HOST, 0) as taken:
+        port = taken.getsockname()[1]
+        with listen_near(HOST, port) as other:
+            assert port < other.getsockname()[1] < port + 20
+    words = [sys.executable, "-m", "palpate", "live", "sim:four-specimens", "--no-open"]
+    with ExitStack() as running:
+        with suppress(PortInUse):  # else another program has it
+            running.enter_context(listen(HOST, 8746))
+        process = running.enter_context(
+            subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        )
+        assert process.stdout
+        assert process.stderr
+        used = re.search(r":(\d+)/", process.stdout.readline())
+        assert used
+        assert int(used[1]) > 8746
+        told = "port 8746 is in use, perhaps by another palpate live: this page has port "
+        assert process.stderr.readline() == f"{told}{used[1]}\n"
+        process.send_signal(signal.SIGINT)
+        process.communicate(timeout=PATIENCE_S)
 
 
 def test_the_token_is_in_the_printed_address() -> None:

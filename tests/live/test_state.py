@@ -33,7 +33,7 @@ from palpate.simulation import Press, Scenario, hand
 from palpate.source_events import Gap, GapCause, TroubleBegan, TroubleEnded, TroubleKind
 from palpate.stream import Stream
 
-WORDS = {"Touch", "Hold", "Lift", "Repeat", "Stop", "Tare", "Wait", "File", "Done"}
+WORDS = {"Touch", "Hold", "Lift", "Repeat", "Stop", "Tare", "Wait", "File", "Done", "Ended"}
 DONE = ("40 of 40 done.", "Calibration saved.", "10 specimens; none left out")
 GOOD = LastTouch(20, "ratio 2.50 ± 0.03")
 OFFSET = replace(
@@ -91,7 +91,7 @@ CASES: list[tuple[StatusInputs, str, str, str, str]] = [
     (facts(pace=SLOW), "slow", "Touch", "note", "22 of 40 pairs a second arrive. What it costs is known after a touch."),
     (facts(pace=SLOW, result=replace(GOOD, known=Uncertainty.of_ratio(8.4, 0.01))), "slow", "Touch", "note", "costs nothing here: ± 0.25 stays ± 0.25."),
     (facts(pace=SLOW, result=replace(GOOD, known=Uncertainty.of_ratio(8.4, 0.2))), "slow", "Touch", "note", "± 0.29 becomes ± 0.32."),
-    (facts(pace=SLOW, slow_told=True), "ready", "Touch", "quiet", ""),
+    (facts(pace=SLOW, slow_is_known=True), "ready", "Touch", "quiet", ""),
     (facts(result=replace(GOOD, swapped="exchange the wires")), "swapped", "Stop", "caution", "Exchange the wires."),
     (facts("done", result=OFFSET, next=NEXT), "left out", "Repeat", "caution", "Offset: the soft bump is reached first"),
     (facts(troubles={"hint": "remove R1 and R2"}), "hint", "Touch", "note", "Remove R1 and R2."),
@@ -102,10 +102,10 @@ CASES: list[tuple[StatusInputs, str, str, str, str]] = [
     (facts("done", result=GOOD, next=NEXT), "done", "Lift", "quiet", "Touch 20 is kept."),
     (facts("contact", seen=SignalSeen(share=0.6, left_s=2.5), next=NEXT), "contact", "Hold", "quiet", "30 OO, touch 3 of 4."),
     (facts("baseline"), "first baseline", "Wait", "quiet", "The baseline is being measured."),
-    (facts("baseline", result=GOOD), "after", "Wait", "quiet", "revised"),
-    (facts(seen=seen({"noise_pF": 2e-5}, {"noise_pF": 3e-5})), "ready", "Touch", "quiet", "Noise 0.03 fF."),
+    (facts("baseline", result=GOOD), "after", "Wait", "quiet", "is final"),
+    (facts(seen=seen({"noise_pF": 2e-5}, {"noise_pF": 3e-5})), "ready", "Touch", "quiet", "Ready."),
     (facts(forced=True), "ready", "Touch", "quiet", "Ready, if nothing was touched at Tare anyway; else lift the probe"),
-    (facts("ended"), "ended", "Stop", "note", "no more samples"),
+    (facts("ended"), "ended", "Ended", "note", "no more samples"),
     (facts("no contact", finished=DONE), "finished", "Done", "note", "Calibration saved."),
     (facts("ended", finished=DONE, pace=SLOW), "finished", "Done", "note", "Calibration saved."),
     (facts("ended", finished=DONE, error="disk full"), "ended", "Stop", "fault", "Disk full. Measure again"),
@@ -291,7 +291,7 @@ def test_a_session_from_its_baseline_to_its_last_touch_and_what_is_announced() -
         ("Wait", "first baseline"),
         *4 * one,
         ("Touch", "ready"),
-        ("Stop", "ended"),
+        ("Ended", "ended"),
     ]
     shares = [
         document.now.share or 0.0 for _, document in played.told if document.line.what == "contact"

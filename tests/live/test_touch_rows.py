@@ -10,7 +10,7 @@ import pytest
 from live_bench import OWN_FILE, Bench, begun
 from live_browser import Browser
 from page_states import Canned
-from palpate.live.levels import Levels
+from palpate.live.levels import MultiresolutionRows
 from palpate.live.open_page import PageClient
 from palpate.live.plan import PlannedTouch
 from palpate.live.protocol import ShownScatter, TouchesMessage
@@ -59,7 +59,7 @@ def test_a_new_touch_costs_one_row_and_a_change_its_own(told: list[str]) -> None
 
 def test_a_page_that_is_greeted_again_gets_all() -> None:
     socket = AsyncMock()
-    page = PageClient(socket, Levels())
+    page = PageClient(socket, MultiresolutionRows())
     scatter = ShownScatter(0.03, "assumed")
     row: Any = {"number": 1}
     page.show_touches(
@@ -103,7 +103,7 @@ def test_thousands_of_touches_in_the_page(
     idle.tell(more.pop("type"), **more)
     page.until(lambda: page.run("return palpate.known.touches.rows.length") == MANY + 1)
     assert page.run(SIGHT)[1] == str(MANY - 10)  # the focus stays
-    assert page.run("return palpate.charts.tale.all.length") == MANY + 1
+    assert page.run("return palpate.charts.annotations.all.length") == MANY + 1
     table = page.downloads / "touches.csv"
     table.unlink(missing_ok=True)
     page.click("csv")

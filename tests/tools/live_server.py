@@ -48,6 +48,11 @@ class Live:
         return urlsplit(self.address).port or 80
 
     @property
+    def lab(self) -> str:
+        """Address of the third depth of the page."""
+        return f"{self.address}#lab"
+
+    @property
     def origin(self) -> str:
         """Address without the token."""
         return f"http://{urlsplit(self.address).netloc}/"

@@ -7,12 +7,12 @@ from page_data import ORIGIN_S
 
 Window = tuple[float, float]
 SHOWN = """
-const { charts } = palpate, { window: shown, overview, detail, touchplot, rows, cursors } = charts, { shown: touch } = touchplot;
-const drawn = ({ labels, points, sheet: { width, height } }, more) => ({ labels, points, width, height, ...more });
+const { charts } = palpate, { viewport: shown, overview, detail, touchplot, rows, cursors } = charts, { shown: touch } = touchplot;
+const drawn = ({ labels, points, canvas: { width, height } }, more) => ({ labels, points, width, height, ...more });
 return {
   from: shown.from, to: shown.to, back: palpate.known.looking, end: rows.extent.end, cursors: cursors.values,
   overview: drawn(overview), detail: drawn(detail, { left: detail.left, right: detail.right }),
-  touch: { number: touch?.touch.number, scale: touch?.scale, labels: touch?.labels },
+  touch: { number: touch?.touch.number, scale: touch?.scale },
 };
 """
 FIRE = """
@@ -35,7 +35,7 @@ def window(page: Browser) -> Window:
 
 def look(page: Browser, begin: float, end: float) -> None:
     page.run(
-        "palpate.charts.window.show(arguments[0], arguments[1])", begin + ORIGIN_S, end + ORIGIN_S
+        "palpate.charts.viewport.show(arguments[0], arguments[1])", begin + ORIGIN_S, end + ORIGIN_S
     )
 
 

@@ -1,8 +1,10 @@
 """What can be measured of the looks of a page: scripts that return what is wrong, as a list; and what axe finds."""
 
 from importlib.resources import files
+from pathlib import Path
 from typing import Any
 
+from PIL import Image, ImageFilter
 from project import need_package
 
 SIDEWAYS = "const page = document.scrollingElement; return Math.max(0, page.scrollWidth - page.clientWidth);"
@@ -72,3 +74,37 @@ def audit(driver: Any) -> list[Any]:
         for v in found
         if v["impact"] in ("serious", "critical")
     ]
+
+
+CAPITAL = 0.72  # height of a capital, in font sizes
+READ_MM = 2000 * 5 * 1.5 * 0.000_290_9  # a letter of 5 strokes of 1.5 arc minutes, 2 m away
+PIXEL_MM = 0.225  # of a screen of 13 inches with 1280 pixels
+FAR_PX = READ_MM / PIXEL_MM
+"""Least height of a capital that an eye of 20/30 reads from 2 m on such a screen, px."""
+FAR_TEXTS = ("verb", "reason", "value", "between", "objectname", "remedyhow")
+FAR = """
+const shown = arguments[0].map((id) => document.getElementById(id)).filter((e) => e.checkVisibility() && e.textContent);
+return Object.fromEntries(shown.map((e) => [e.id, parseFloat(getComputedStyle(e).fontSize)]));"""
+"""Sizes of the fonts of those that are shown, px."""
+CROSSED = """
+const boxes = [...document.querySelectorAll("#scale text")].map((e) => [e.textContent, e.getBoundingClientRect()]), wrong = [];
+for (const [a, p] of boxes) for (const [b, q] of boxes) if (p !== q && p.left < q.right && p.right > q.left && p.top + 2 < q.bottom - 2 && p.bottom - 2 > q.top + 2) wrong.push(`${a} x ${b}`);
+return wrong;"""
+"""Texts of the scale that lie over each other."""
+OVERLAPS = """
+const parts = ["ring", "reading", "remedy", "object", "strip", "line"].map((id) => document.getElementById(id)).filter((e) => e.checkVisibility());
+const inside = ["asked", "figure", "between", "scale", "objecthead", "touchslots", "objectmean", "ending", "wizardend", "steps"].map((id) => document.getElementById(id)).filter((e) => e.checkVisibility() && e.clientHeight);
+const wrong = [];
+for (const group of [parts, inside]) group.forEach((a, i) => group.slice(i + 1).forEach((b) => {
+  const p = a.getBoundingClientRect(), q = b.getBoundingClientRect();
+  if (p.left + 1 < q.right && p.right - 1 > q.left && p.top + 1 < q.bottom && p.bottom - 1 > q.top) wrong.push(`${a.id} x ${b.id}`);
+}));
+return wrong;"""
+"""Parts of Measure that lie over each other."""
+
+
+def blurred(path: Path) -> Image.Image:
+    """Return a picture of the page as an eye of 20/30 sees it from 2 m: what is 1.5 arc minutes apart runs together."""
+    seen_px = 2000 * 1.5 * 0.000_290_9 / PIXEL_MM
+    with Image.open(path) as picture:
+        return picture.convert("RGB").filter(ImageFilter.GaussianBlur(seen_px / 2))

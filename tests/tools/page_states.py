@@ -11,7 +11,7 @@ from page_data import State
 from palpate.live.access import HEADERS
 from palpate.live.app import page_files
 from palpate.live.feed import FrameKind, Rows, pack
-from palpate.live.levels import Levels
+from palpate.live.levels import MultiresolutionRows
 from palpate.live.plan import TouchPlan
 from websockets.datastructures import Headers
 from websockets.exceptions import ConnectionClosed
@@ -24,7 +24,7 @@ class Canned:
 
     def __init__(self, state: State, rows: Rows | None = None) -> None:
         self.state = state  # what a page gets when it connects
-        self._levels = Levels(whole=True)
+        self._levels = MultiresolutionRows(whole=True)
         self._levels.add(state.rows if rows is None else rows)  # rows: all, for views
         self.heard: list[dict[str, Any]] = []  # the commands of the pages
         self.answers: dict[str, dict[str, Any]] = {}  # to commands; else they are done
@@ -126,8 +126,11 @@ def opened(
     page.driver.get(f"{server.address}#{depth}")
     word = server.state.told["state"]["now"]["word"]
     shown = str(len(server.state.told["touches"]["rows"])) if word == "File" else word
-    place = "verb" if depth == "measure" else "word"
-    page.until(lambda: page.text(place) == shown)
+    if depth == "explain":
+        page.until(lambda: page.text("storytitle") and page.run("return palpate.known.state.now"))
+    else:
+        place = "verb" if depth == "measure" else "word"
+        page.until(lambda: page.text(place) == shown)
     page.theme(theme)
     if name == "review":
         page.press(" ")

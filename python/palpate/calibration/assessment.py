@@ -247,7 +247,7 @@ def _several_touches(fit: CurveFit) -> str:
     touches = "as much as its standard errors say"
     if fit.touch_variance:
         touches = f"by {_percent(fit.touch_variance)} %"
-    if fit.touch_variance > (3 * TOUCH_SCATTER) ** 2:
+    if fit.touch_variance > (2 * TOUCH_SCATTER) ** 2:
         usual = f"{100 * TOUCH_SCATTER:g} %"
         touches += f", much for a hand (some {usual}): is a touch under the wrong specimen?"
     explained = "this explains"

@@ -24,6 +24,7 @@ from palpate.calibration.provenance import UNKNOWN, Provenance
 from palpate.calibration.ranges import Range, Ranges
 from palpate.elasticity import Elasticity
 from palpate.errors import CalibrationError, need
+from palpate.file_locks import exclusive_change
 from palpate.files import parse_toml, read_toml, write_file
 from palpate.messages import quoted, shortened
 
@@ -333,7 +334,8 @@ class StoredCalibration:
 def add_verification(path: Path, verification: CalibrationVerification) -> None:
     """Add a comparison to a calibration file; of many the newest ones are kept.
 
-    The file is replaced as a whole. All other entries stay as they are.
+    The file is replaced as a whole. All other entries stay as they are. Several programs may add
+    at the same time: one waits for the other.
 
     Parameters
     ----------
@@ -345,14 +347,15 @@ def add_verification(path: Path, verification: CalibrationVerification) -> None:
     CalibrationError
         The file is not a calibration.
     OSError
-        It cannot be written.
+        It cannot be written; BlockingIOError: another program has been changing it for too long.
     """
     StoredCalibration.load(path)
-    document = read_toml(path)
-    tables = [*document.get("verifications", ()), verification.as_dict()]
-    tables.sort(key=lambda table: str(table["date"]))
-    document["verifications"] = tables[-MOST_VERIFICATIONS:]
-    _write(path, document)
+    with exclusive_change(path):
+        document = read_toml(path)
+        tables = [*document.get("verifications", ()), verification.as_dict()]
+        tables.sort(key=lambda table: str(table["date"]))
+        document["verifications"] = tables[-MOST_VERIFICATIONS:]
+        _write(path, document)
 
 
 def _write(path: Path, document: Table) -> None:

@@ -3,7 +3,7 @@
 import sys
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
-from itertools import chain
+from itertools import chain, count
 from math import inf
 from pathlib import Path
 
@@ -11,6 +11,7 @@ import click
 
 from palpate import Calibration, Touch
 from palpate.calibration.evidence import BUMPS
+from palpate.calibration.placement import NumberedRatio, SpecimenRatios, misplaced_touches
 from palpate.calibration.plot import save_plot
 from palpate.calibration.selection import RatioChoice, Track, choose_ratio
 from palpate.calibration.specimen_files import session_files, write_session
@@ -190,6 +191,7 @@ def calibrate_command(
     specimens = _usable_specimens(runs, modulus_of, accept, chosen)
     doubts: list[str] = []
     notes = _origin_notes(origin)
+    notes += _misplaced_notes(runs, modulus_of, accept, chosen)
     for run in runs:
         doubts += [f"{run.name}: {doubt}" for doubt in run.recording.doubts]
         notes += [f"{run.recording.path}: {note}" for note in run.recording.notes]
@@ -332,6 +334,31 @@ def _touches_of_specimens(
     for name in sorted(without_modulus):
         print_message(f"{name}: no modulus is known: the specimen is left out")
     return touches
+
+
+def _misplaced_notes(
+    runs: Sequence[AnalysedRecording],
+    moduli: Mapping[str, KnownModulus],
+    accept: Collection[str],
+    chosen: RatioChoice,
+) -> list[str]:
+    """Return which touches fit another specimen better, and print it."""
+    ratios: dict[str, list[NumberedRatio]] = {name: [] for name in moduli}
+    ids = count(1)
+    for run in runs:
+        for number, (touch, name, left_out) in enumerate(assigned(run, moduli), 1):
+            is_counted = name in moduli and not left_out
+            if is_counted and not objections(touch, accept, chosen.ratio_of):
+                ratio, _ = chosen.ratio_of(touch)
+                place = f"touch {number} of {run.name}"
+                ratios[name].append(NumberedRatio(next(ids), ratio, place))
+    specimens = []
+    for name, known in moduli.items():
+        specimens.append(SpecimenRatios(name, known.modulus, tuple(ratios[name])))
+    notes = [each.text for each in misplaced_touches(specimens)]
+    for note in notes:
+        print_message(note)
+    return notes
 
 
 def _unknown_specimen(

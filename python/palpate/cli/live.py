@@ -3,10 +3,12 @@
 import logging
 import os
 import signal
+import socket
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from threading import Event
 from typing import TYPE_CHECKING, TextIO
 
 import click
@@ -31,6 +33,7 @@ from palpate.cli.output import (
 )
 from palpate.cli.paths import OUTPUT, InputFile, require_free, with_sidecar
 from palpate.cli.shared_options import (
+    Keywords,
     SourceOptions,
     TrackerOptions,
     board_options,
@@ -46,7 +49,8 @@ if TYPE_CHECKING:
     from palpate.calibration import Calibration
     from palpate.live.measurement import Measurement
 
-_DEMO = "sim:demo"
+_DEMO = "demo:"
+_DEMO_TOUCH_S = 3.0  # of a touch of the demo, if nobody asks for another length
 
 
 @click.command("live")
@@ -86,7 +90,7 @@ _DEMO = "sim:demo"
     default=8746,
     show_default=True,
     type=click.IntRange(0, 65535),
-    help="Port of the page; 0: any.",
+    help="Port of the page; 0: any. If the default port is in use, the next free one is taken.",
 )
 @click.option(
     "--host",
@@ -120,8 +124,8 @@ def live_command(
     """Watch a measurement in the browser.
 
     The page shows ratio, uncertainty and touches while you measure. SOURCE: as in `palpate record`;
-    without it, the connected board, or a demo: a simulated hand touches four specimens until you
-    stop it. By default only this machine can open the page, with the token in the printed address;
+    without it, the connected board, or the demo: you press a simulated probe on four specimens,
+    with a mouse, a finger or a key. A simulation begins when the page is open. By default only this machine can open the page, with the token in the printed address;
     it needs no network. Files are written only with --record, and by the buttons Record, Report and
     Save: new ones, in one folder; a further button adds the result on a specimen of known modulus
     to the calibration file. A recording, FILE.csv, is shown as a whole; up to four are laid
@@ -146,20 +150,21 @@ def live_command(
     from palpate.live.files import RunFiles
     from palpate.live.measurement import LiveMeasurement, Measurement, opener
     from palpate.live.peers import door_for
-    from palpate.live.server import address_of, listen, serve
+    from palpate.live.server import address_of, serve
     from palpate.sources.options import is_file
 
     token = _token(host, no_token=no_token)
     source = sources[0] if sources else _connected_board()
-    is_demo = not source
     source = source or _DEMO
     if len(sources) > 1:
         _check_files(sources)
     keywords = tracker.keywords()
+    keywords |= _demo_settings(source, keywords)
     calibrated = None
     if calibration:
         calibrated = _load_calibration(calibration, keywords["scene"])
         keywords = calibrated.for_tracking(keywords) | keywords
+    first_page = Event()
     measurement: Measurement
     bench: Workbench
     with usage_errors(), ExitStack() as close_unless_started:
@@ -179,14 +184,14 @@ def live_command(
             bench = FileWorkbench(review, source, calibrated, scatter, calibration, accept)
         else:
             options = reading.keywords()
-            if is_demo:
-                options["paced"] = True
             open_source = opener(source, options)
             files = RunFiles(file, folder)
-            live = LiveMeasurement(open_source, files, keywords, _print_line, lsl, demo=is_demo)
+            live = LiveMeasurement(
+                open_source, files, keywords, _print_line, lsl, first_page=first_page
+            )
             measurement = live
             bench = LiveWorkbench(live, source, calibrated, scatter, calibration, accept)
-        listening = close_unless_started.enter_context(listen(host, port))
+        listening = close_unless_started.enter_context(_listening_socket(host, port))
         measurement.start()
         close_unless_started.pop_all()
     debug = output_settings().debug
@@ -196,17 +201,51 @@ def live_command(
         library_logs(debug=debug),
         ExitStack() as close_browser,
     ):
-        page = PageApp(bench)
+        page = PageApp(bench, first_page)
         used_port = listening.getsockname()[1]
         address = address_of(listening, host, token)
         document = {"address": address, "source": source, "recording": str(file) if file else None}
-        print_result(document, f"{source} at {address} (Ctrl-C ends it)", indent=None)
+        begin = _begin_text(measurement)
+        print_result(document, f"{source} at {address} (Ctrl-C ends it){begin}", indent=None)
         sys.stdout.flush()
         if not no_open and _has_screen():
             close_browser.enter_context(browser(address, page.was_shown))
         own_user_only = token is not None and is_loopback(host)
         door = door_for(listening, _print_line, own_user_only=own_user_only)
         serve(page.app(host, used_port, token), listening, door)
+
+
+def _demo_settings(source: str, keywords: Keywords) -> Keywords:
+    """Return the settings of the demo: shorter touches, if nobody asks for another length."""
+    from palpate.sources.options import split
+
+    if split(source).scheme != "demo" or {"seconds", "samples"} & keywords.keys():
+        return {}
+    return {"seconds": _DEMO_TOUCH_S}
+
+
+def _begin_text(measurement: "Measurement") -> str:
+    """Return a line on when a simulation begins; "": it runs, or it is none."""
+    from palpate.live.measurement import LONGEST_WAIT_S
+
+    if measurement.hand is None or not measurement.hand.is_waiting:
+        return ""
+    return f"\nIt begins when the page is open, after {LONGEST_WAIT_S:g} s at the latest."
+
+
+def _listening_socket(host: str, port: int) -> socket.socket:
+    """Return the listening socket; if nobody asked for a port, at the next free one."""
+    from palpate.live.server import listen, listen_near
+
+    port_origin = click.get_current_context().get_parameter_source("port")
+    if port_origin is not ParameterSource.DEFAULT:
+        return listen(host, port)
+    listening = listen_near(host, port)
+    used_port = listening.getsockname()[1]
+    if used_port != port:
+        reason = f"port {port} is in use, perhaps by another palpate live"
+        _print_line(f"{reason}: this page has port {used_port}")
+    return listening
 
 
 def _print_line(message: str) -> None:
@@ -223,7 +262,8 @@ def _connected_board() -> str:
         return connected[0].uri
     print_notes("not searched", notes)
     click.echo(
-        "no board found: this is a demo, a simulated hand; with your board: palpate doctor",
+        "no board found: this is a demo; press its simulated probe on the page; with your board: "
+        "palpate doctor",
         err=True,
     )
     return ""

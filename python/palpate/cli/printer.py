@@ -38,7 +38,11 @@ class TouchCounter(Listener):
 
 
 class MeasurementPrinter(Listener):
-    """Prints each touch as it ends and as it is revised; on a terminal also a status line."""
+    """Prints a row for each touch when its result is final; on a terminal also a status line.
+
+    A result is final when it is revised, with the baseline after the release; or when the next
+    touch or the end comes before that.
+    """
 
     def __init__(self, stream: Stream, *, quiet: bool) -> None:
         self.elapsed_s = 0.0
@@ -48,6 +52,8 @@ class MeasurementPrinter(Listener):
         self._ends_s: list[float] = []  # elapsed time at the end of each touch
         self._cut = 0  # touches that ended because the samples did
         self._running = True
+        self._header_is_printed = False
+        self._waiting: tuple[int, Touch] | None = None  # a touch that is not revised yet
         self._judgements: list[Judgement] = []
         # advice, which a revised touch has again, and judgements
         self._was_printed: set[str] = set()
@@ -78,19 +84,31 @@ class MeasurementPrinter(Listener):
             print_message(note)
 
     def touch(self, number: int, touch: Touch) -> None:
-        """Print a row, and the advice that was not printed yet."""
-        is_first = not self._ends_s
+        """Print the row of a touch, or keep the touch until it is revised."""
         is_new = number > len(self._ends_s)
         is_cut = is_new and not self._running
         if is_new:
             self._ends_s.append(self.elapsed_s)
         if is_cut:
             self._cut += 1
+        if self._waiting and self._waiting[0] != number:
+            self._print_waiting()
+        self._waiting = (number, touch)
+        if touch.revised or not touch.effects or is_cut:
+            self._print_waiting(is_cut=is_cut)
+
+    def _print_waiting(self, *, is_cut: bool = False) -> None:
+        """Print the row of the touch that waits, if any, and the advice that was not printed yet."""
+        if self._waiting is None:
+            return
+        number, touch = self._waiting
+        self._waiting = None
         if self._quiet:
             return
         [uncertainty] = self._uncertainties([touch])
         lines = [touch_table.touch_row(number, touch, uncertainty)]
-        if is_first:
+        if not self._header_is_printed:
+            self._header_is_printed = True
             lines.insert(0, "  ".join(touch_table.HEADER))
         for advice in touch_table.advice_lines([touch], first=number, cut=int(is_cut)):
             if advice not in self._was_printed:
@@ -129,6 +147,7 @@ class MeasurementPrinter(Listener):
     def print_cut(self) -> None:
         """Print the touch that was running when the measurement was stopped, and what is left."""
         self._running = False
+        self._print_waiting()
         for note in judgement_notes(self._judgements):
             self._print_note(note)
         first = len(self._ends_s)
@@ -180,6 +199,10 @@ class MeasurementPrinter(Listener):
         if tracker.state == "contact":
             ratio = Uncertainty.of_ratio(tracker.ratio, tracker.standard_error)
             text += f", ratio {ratio}"
+        elif self._waiting:
+            number, touch = self._waiting
+            [uncertainty] = self._uncertainties([touch])
+            text += f", touch {number}: ratio {uncertainty}"
         print_message(f"\r{text:{self._status_width}}", nl=False)
         self._status_time_s = now_s
         self._status_width = len(text)

@@ -74,8 +74,10 @@ def record_command(
     reading: SourceOptions,
     tracker: TrackerOptions,
 ) -> None:
-    """Record from SOURCE and print a row for each touch as it ends, and another when its result is
-    revised.
+    """Record from SOURCE and print a row for each touch.
+
+    The row comes about a second after the touch, when the baseline after it is known and its
+    result is revised.
 
     SOURCE: usb:, sim:SCENARIO, i2c:/dev/i2c-1, iio:, serial:PORT or a file; see `palpate devices`
     and help(palpate.open). Where the board was opened again or its range was set again, the
@@ -91,7 +93,7 @@ def record_command(
       palpate record usb: -o bench.csv --touches 4 --note "specimen 70 OO"
       palpate record "sim:four-specimens?seed=1" -o run.csv --touches 4
       palpate record usb: -o bench.csv --lsl
-    """  # noqa: D205, D301
+    """  # noqa: D301
     from palpate import sources
     from palpate.cli.printer import MeasurementPrinter
     from palpate.stream import Stream

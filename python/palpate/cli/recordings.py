@@ -75,10 +75,16 @@ def check_command(files: tuple[Path, ...], reading: SourceOptions, repair: bool,
         raise click.UsageError("--yes: got it without --repair, allowed: both")
     verifications: list[Verification] = []
     errors: dict[Path, ErrorReport] = {}
+    notes: list[tuple[Path, str]] = []  # printed below the progress bar, not into it
     with reading_progress("check", files) as update:
         for file in files:
             try:
-                verifications.append(_check_file(file, repair, yes, reading))
+                recording = recorded(file, **reading.keywords())
+                report = check_opened(recording, repair=repair, remove_damage=yes)
+                verifications.append(report)
+                notes.append((file, simulation_note(recording)))
+                if repair and not yes and report.damaged and not report.running:
+                    notes.append((file, "--yes takes out what is damaged, and keeps it in a file"))
             except RecordingError as error:
                 errors[file] = ErrorReport.of_file(error)
             except (ValueError, TypeError) as error:  # a table that leaves a question
@@ -86,6 +92,8 @@ def check_command(files: tuple[Path, ...], reading: SourceOptions, repair: bool,
                     raise click.UsageError(f"{file}: {message_line(str(error))}") from error
                 errors[file] = ErrorReport.of_file(error)
             update(file)
+    for file, note in notes:
+        print_notes(file, [note])
     _print_verifications(verifications, errors)
     if errors or any(each.faults for each in verifications):
         sys.exit(ExitCode.BAD_DATA)
@@ -107,16 +115,6 @@ def _print_verifications(
     print_result(document, "\n".join(map(_verification_text, verifications)))
     for file, report in errors.items():
         print_message(report.line(file))
-
-
-def _check_file(file: Path, repair: bool, yes: bool, reading: SourceOptions) -> Verification:
-    """Check a recording, and print its notes."""
-    recording = recorded(file, **reading.keywords())
-    report = check_opened(recording, repair=repair, remove_damage=yes)
-    print_notes(file, [simulation_note(recording)])
-    if repair and not yes and report.damaged and not report.running:
-        print_message(f"{file}: --yes takes out what is damaged, and keeps it in a file")
-    return report
 
 
 def _verification_text(report: Verification) -> str:

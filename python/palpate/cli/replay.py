@@ -224,8 +224,12 @@ class Replay:
         if self.offline is not None:
             offline_rows = map(touch_table.offline_row, count(1), self.offline)
             return touch_table.with_header(offline_rows, touch_table.OFFLINE_HEADER)
-        rows = map(touch_table.touch_row, count(1), self.touches, self.uncertainties)
-        lines = touch_table.with_header(rows)
+        if self.moduli is not None:
+            rows = map(touch_table.calibrated_row, count(1), self.touches, self.uncertainties)
+            lines = touch_table.with_header(rows, touch_table.CALIBRATED_HEADER)
+        else:
+            rows = map(touch_table.touch_row, count(1), self.touches, self.uncertainties)
+            lines = touch_table.with_header(rows)
         if self.entries is not None:
             cells = map(touch_table.specimen_cell, self.entries)
             lines = touch_table.add_column(lines, ["specimen", *cells])

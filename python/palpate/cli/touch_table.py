@@ -25,6 +25,8 @@ HEADER = (
     " result",
     "flags",
 )
+CALIBRATED_HEADER = ("touch", " start_s", "samples", "ratio ± (k=1)", "flags")
+"""Beside a modulus: with it and a specimen the table has 80 columns; --json has the other values."""
 OFFLINE_HEADER = (
     "touch",
     " start_s",
@@ -52,6 +54,14 @@ def touch_row(number: int, touch: Touch, uncertainty: Uncertainty) -> str:
     covariance = f"{touch.covariance:.3g}"
     alarm = f"{touch.alarm_share:.0%}"
     return _row(HEADER, number, touch, [uncertainty, covariance, alarm, result])
+
+
+def calibrated_row(number: int, touch: Touch, uncertainty: Uncertainty) -> str:
+    """Return one touch as a line of the table with moduli: the scatter is the calibration's."""
+    ratio = number_format.number(uncertainty.ratio)
+    if number_format.is_known(uncertainty.uncertainty):
+        ratio = number_format.plus_minus(uncertainty.ratio, uncertainty.uncertainty)
+    return _row(CALIBRATED_HEADER, number, touch, [ratio])
 
 
 def offline_row(number: int, touch: "OfflineTouch") -> str:

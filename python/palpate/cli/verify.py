@@ -185,10 +185,10 @@ class Result:
         places = ["file"]
         cells = ["modulus (95 % interval)"]
         for one in self.found.touches:
-            rows.append(touch_table.touch_row(one.number, one.touch, one.uncertainty))
+            rows.append(touch_table.calibrated_row(one.number, one.touch, one.uncertainty))
             places.append(one.place)
             cells.append(self._cell(one))
-        lines = touch_table.with_header(rows)
+        lines = touch_table.with_header(rows, touch_table.CALIBRATED_HEADER)
         if not lines:
             return []
         if len(set(places)) > 2:

@@ -55,9 +55,9 @@ def page_files() -> dict[str, tuple[bytes, str]]:
 class PageApp:
     """The web application of one workbench, and its open pages; all of it runs in the event loop of the server."""
 
-    def __init__(self, bench: Workbench) -> None:
+    def __init__(self, bench: Workbench, first_page: threading.Event | None = None) -> None:
         self.pages: set[PageClient] = set()
-        self.was_shown = threading.Event()
+        self.was_shown = first_page or threading.Event()
         self._bench = bench
         self._measurement = bench.measurement
         self._number = self._measurement.number

@@ -8,6 +8,12 @@ from datetime import datetime
 from pathlib import Path
 
 from palpate.calibration import Calibration
+from palpate.calibration.grading import (
+    CalibrationGrade,
+    CalibrationJudgement,
+    judge_calibration,
+)
+from palpate.calibration.placement import NumberedRatio, SpecimenRatios
 from palpate.calibration.provenance import FileChecksum, Provenance, joined_texts, present_time
 from palpate.calibration.selection import RatioChoice, Track, choose_ratio
 from palpate.calibration.specimen_fit import SpecimenTouches, fit_specimens
@@ -40,11 +46,19 @@ _NEAR_S = 0.5  # two begins of one touch
 
 @dataclass(frozen=True)
 class ShownFit:
-    """A fit for the page: the touches that are used, points, verdict, and the curve if there is one."""
+    """A fit for the page: the touches that are used, points, judgement, and the curve if there is one.
+
+    `verdict`: the judgement in one sentence; `details`: the fit in the words of `palpate calibrate`. `grade`: "" if
+    there are too few touches for a judgement.
+    """
 
     touches: int
     points: list[CalibrationPoint]
     verdict: str
+    grade: str
+    look: list[int]
+    doubts: list[str]
+    details: str
     sound: bool
     parameters: list[ShownParameter]
     curve: CalibrationCurve | None
@@ -53,7 +67,7 @@ class ShownFit:
 
 @dataclass(frozen=True)
 class SavedCalibration:
-    """A calibration that was saved: the message and its file."""
+    """A calibration that was saved: the message and its file; "": it is only in memory."""
 
     message: str
     file: str
@@ -62,8 +76,8 @@ class SavedCalibration:
 class GuidedCalibration:
     """Fits a calibration to the touches so far, in a thread of its own, each time that they change.
 
-    It is saved, with its report, by a button, or when nothing is lacking any more and the fit is sound; the measurement
-    goes on with it. `notify`: called from any thread when the message has changed.
+    It is saved, with its report, by a button, or when nothing is lacking any more and it is good; the measurement goes
+    on with it. The calibration of the demo is kept in memory only. `notify`: called from any thread when the message has changed.
     """
 
     def __init__(
@@ -102,6 +116,10 @@ class GuidedCalibration:
             message.touches = shown.touches
             message.points = shown.points
             message.verdict = shown.verdict
+            message.grade = shown.grade
+            message.look = shown.look
+            message.doubts = shown.doubts
+            message.details = shown.details
             message.sound = shown.sound
             message.parameters = shown.parameters
             message.curve = shown.curve
@@ -131,7 +149,7 @@ class GuidedCalibration:
             self._fitted = known
         if following:
             self._is_lacking = True
-        elif self._is_lacking and self._shown and self._shown.sound:
+        elif self._is_lacking and self._shown and self._shown.grade == CalibrationGrade.GOOD:
             self._is_lacking = False
             self._finish(self._shown)
         self._notify()
@@ -162,6 +180,10 @@ class GuidedCalibration:
         _, specimens, found = self._fit(known)
         about = replace(found.about, provenance=self._provenance())
         found = replace(found, about=about)
+        if self._is_demo:
+            self._saved = "Kept in memory: the demo writes no file. It is used from now on."
+            self.use(found, None)
+            return SavedCalibration("Kept in memory; moduli are from it now.", "")
         path = self._files.free("probe.toml")
         found.save(path)
         self._files.made(path, "calibration")
@@ -170,7 +192,7 @@ class GuidedCalibration:
             beside = self._files.free(f"{path.stem}-calibration.html")
             write_file(beside, text.encode())
             self._files.made(beside, "report")
-        self._saved = path.name
+        self._saved = f"Saved as {path.name}; it is used from now on."
         self.use(found, path)
         message = f"Saved as {path.name}; moduli are from it now."
         if not found.sound:
@@ -218,11 +240,18 @@ class GuidedCalibration:
             simulated=self._watch.simulated,
         )
 
-    def use(self, found: Calibration, path: Path) -> None:
+    @property
+    def _is_demo(self) -> bool:
+        """Whether the page presses a simulated probe."""
+        hand = self._measurement.hand
+        return hand is not None and bool(hand.specimens)
+
+    def use(self, found: Calibration, path: Path | None) -> None:
         """Go on with a calibration: with another measurement, if it needs other settings."""
         self._files.calibration = path
         self._plan.use_calibration(found)
-        text = f"moduli are from {path.name} from here on"
+        name = path.name if path else "a calibration in memory"
+        text = f"moduli are from {name} from here on"
         self._plan.note(text)
         self._measurement.use(found.for_tracking(self._measurement.settings), text)
 
@@ -260,7 +289,7 @@ class GuidedCalibration:
         saved = "Not saved"
         try:
             with self._measurement.commands:
-                saved = f"Saved as {self.save_calibration().file}, but without a report"
+                saved = f"{self.save_calibration().message} There is no report"
             if self._files.compared():
                 self._files.report()
         except OSError as failure:
@@ -270,27 +299,43 @@ class GuidedCalibration:
 
     def _grown(self, known: Sequence[KnownSpecimen]) -> ShownFit:
         found = None
-        verdict = too_few(known)
+        failure = ""
+        lacking = too_few(known)
         try:
-            if not verdict:
+            if not lacking:
                 known, _, found = self._fit(known)
-                verdict = found.verdict
         except CalibrationError:
-            verdict = (
-                "Not enough yet. The ratios do not rise along a curve so far: go on, to softer and "
-                "stiffer specimens."
-            )
-        except (ValueError, PalpateError) as failure:  # MissingExtra, too
-            verdict = str(failure)
+            failure = "the ratios do not rise along a curve so far"
+        except (ValueError, PalpateError) as error:  # MissingExtra, too
+            failure = str(error)
+        judged = judge_calibration(found, _ratios(known), failure)
+        if lacking:
+            judged = CalibrationJudgement(CalibrationGrade.BAD, lacking)
         return ShownFit(
             touches=sum(len(each.usable) for each in known),
             points=_points(known, found),
-            verdict=verdict,
-            sound=bool(found and found.sound),
+            verdict=judged.sentence,
+            grade="" if lacking else judged.grade.value,
+            look=list(judged.touches),
+            doubts=list(judged.doubts),
+            details=found.verdict if found else "",
+            sound=judged.grade == CalibrationGrade.GOOD,
             parameters=_parameters(found) if found else [],
             curve=_curve(found) if found else None,
             rigid=_rigid(found) if found else None,
         )
+
+
+def _ratios(known: Sequence[KnownSpecimen]) -> list[SpecimenRatios]:
+    """Return the ratios of the touches that a fit uses."""
+    specimens = []
+    for each in known:
+        ratios = []
+        for number, touch, is_kept in each.touches:
+            if is_kept and not objections(touch, (), each.ratio_of):
+                ratios.append(NumberedRatio(number, each.ratio_of(touch)[0]))
+        specimens.append(SpecimenRatios(each.name, each.modulus, tuple(ratios)))
+    return specimens
 
 
 def _left_out(

@@ -26,6 +26,7 @@ from palpate.live.page_commands import (
     DeviceCommand,
     DeviceCommands,
     DiscardCommand,
+    HandCommand,
     KeepCommand,
     MarkCommand,
     MarkTextCommand,
@@ -34,8 +35,10 @@ from palpate.live.page_commands import (
     NameCommand,
     NoteCommand,
     PlanCommand,
+    PressCommand,
     ReadListCommand,
     RecordCommand,
+    ReleaseCommand,
     ReportCommand,
     ReportCommands,
     ReviewCommand,
@@ -153,6 +156,8 @@ class Workbench:
             return self._review(command)
         if isinstance(command, ReportCommands):
             return self._report(command)
+        if isinstance(command, HandCommand):
+            return DoneMessage(command.do, self._move_hand(command))
         with self.measurement.commands:
             return self._run_one(command)
 
@@ -186,6 +191,20 @@ class Workbench:
     def _measure(self, command: LiveCommand) -> Answer:
         """Run a command of a measurement that runs."""
         raise RefusedCommand(f"{command.do}: this is a recording, nothing is measured")
+
+    def _move_hand(self, command: HandCommand) -> str:
+        """Press or lift the probe of the demo; return the message."""
+        hand = self.measurement.hand
+        if hand is None:
+            raise RefusedCommand(f"{command.do}: got it without a simulation, allowed: with demo:")
+        match command:
+            case PressCommand(specimen):
+                hand.press(specimen)
+                return f"Pressing on {specimen}."
+            case ReleaseCommand():
+                hand.release()
+                return "Lifted."
+        assert_never(command)
 
     def _review(self, command: ReviewCommand) -> Answer:
         """Run a command that reads."""

@@ -4,6 +4,7 @@ import math
 import time
 from collections import deque
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 
 from palpate.flags import Flag, Suspicion, advice
 from palpate.live.judged import JudgedChannels
@@ -74,7 +75,7 @@ class ConnectionState(Listener):
     def look(self) -> bool:
         """Look at the measurement; return whether word, line or announcement are other ones than before."""
         inputs = self._inputs()
-        if slow(inputs) and not inputs.slow_told:
+        if slow(inputs) and not inputs.slow_is_known:
             self._slow_s = self._clock()
         elif self._clock() - self._slow_s > HOLD_S:  # once
             self.understood()
@@ -142,13 +143,7 @@ class ConnectionState(Listener):
         silent_s = self._silent_s(at_s)
         if not source.live or state == "ended":
             silent_s = 0.0
-        newest = measurement.newest_recorder
-        recorder = measurement.recorder
-        hand = None
-        if measurement.demo:
-            last_s = measurement.last_s
-            hand = (measurement.pressed(last_s), measurement.pressed(last_s, 1))
-        return StatusInputs(
+        found = StatusInputs(
             state,
             seen=self._signal.seen,
             silent_s=silent_s,
@@ -164,20 +159,32 @@ class ConnectionState(Listener):
             lost=self._lost,
             cut=self._cut,
             pace=self._pace(at_s, counters, steady=source.live and not troubles),
-            recording=recorder.path.name if recorder else "",
-            recording_error=str(newest.error or "") if newest else "",
-            rows_wait=recorder.rows_trouble if recorder else "",
-            notes_wait=recorder.sidecar_trouble if recorder else "",
-            unrecorded=newest.dropped if newest else 0,
             error=measurement.error,
-            uncalibrated=self._watch.refused if self._watch else "",
             forced=measurement.forced,
             result=self._result(),
             next=self._next(state),
             finished=self._plan.finished(),
-            slow_told=self._slow_s == -math.inf,
-            hand=hand,
+            slow_is_known=self._slow_s == -math.inf,
         )
+        if self._watch:
+            found = replace(found, uncalibrated=self._watch.refused)
+        return self._with_recording(found)
+
+    def _with_recording(self, inputs: StatusInputs) -> StatusInputs:
+        """Return the inputs with what is known of the recording."""
+        newest = self._measurement.newest_recorder
+        if newest:
+            error = str(newest.error or "")
+            inputs = replace(inputs, recording_error=error, unrecorded=newest.dropped)
+        recorder = self._measurement.recorder
+        if recorder:
+            inputs = replace(
+                inputs,
+                recording=recorder.path.name,
+                rows_wait=recorder.rows_trouble,
+                notes_wait=recorder.sidecar_trouble,
+            )
+        return inputs
 
     def _silent_s(self, at_s: float) -> float:
         """Return for how long no pair has come while this process ran, s."""
@@ -185,6 +192,8 @@ class ConnectionState(Listener):
         if at_s - self._looked_s > SILENT_S and seen_s > self._awake_s:
             self._awake_s = at_s  # this process stood still, not the source; once, until there is a sample again
         self._looked_s = at_s
+        if self._measurement.hand and self._measurement.hand.is_waiting:
+            self._awake_s = at_s
         return at_s - max(self._awake_s, seen_s)
 
     def _next(self, state: str) -> NextTouch | None:
@@ -258,7 +267,8 @@ class ConnectionState(Listener):
             seconds = self._measurement.tracker.settings.get("seconds")
             of = ""
             if seconds and self._period_s > 0:
-                of = f" of {seconds / self._period_s:.0f}"
+                wanted = round(seconds / self._period_s)
+                of = f" of {max(wanted, touch.samples)}"
             late = f"late: {touch.samples}{of} pairs"
         return LastTouch(
             number,

@@ -40,7 +40,7 @@ class Device:
         conditions = self._state.measured_conditions
         return DeviceMessage(
             _facts(device, self._state.inputs, stream.counters, conditions),
-            self._options(device) if self._is_ours else {},
+            self._options(device),
             can_centre(stream.source),
         )
 
@@ -54,8 +54,10 @@ class Device:
         now = self._options(self._measurement.device())
         texts = []
         for name, value in changed.items():
-            before = f", before {now[name].value}" if name in now else ""
-            texts.append(f"{name} {value}{before}")
+            text = f"{name} {value}"
+            if name in now:
+                text += f", before {now[name].value}"
+            texts.append(text)
         text = ", ".join(texts)
         self._measurement.reopen(changed, f"the converter was set again: {text}")
         return f"A new measurement has started: {text}."
@@ -66,10 +68,9 @@ class Device:
         self._measurement.stream.centre()
         return "The range is set again. If it moves, the baseline is measured again: do not touch anything."
 
-    @staticmethod
-    def _options(device: Json) -> dict[str, DeviceOption]:
+    def _options(self, device: Json) -> dict[str, DeviceOption]:
         settings = device.get("configuration")
-        if not settings:
+        if not settings or not self._is_ours:
             return {}
         conversions: list[int | str] = list(range(len(CONVERSION_S)))
         return {
@@ -105,7 +106,9 @@ def _facts(
     found = []
     board = _board(device)
     if board:
-        found.append(DeviceFact("Board", f"{board}, gone" if is_gone else board, is_gone))
+        if is_gone:
+            board += ", gone"
+        found.append(DeviceFact("Board", board, is_gone))
     if device.get("fingerprint"):
         found.append(DeviceFact("Chip", device["fingerprint"]))
     found += _rate_and_counts(inputs, counters, is_gone=is_gone)
@@ -121,16 +124,20 @@ def _rate_and_counts(
 ) -> list[DeviceFact]:
     """Return the rate of the pairs, and how many were not usual."""
     per_s = inputs.pace.per_s
-    rate = f"{per_s:.1f}" if math.isfinite(per_s) else "-"
+    rate = "-"
+    if math.isfinite(per_s):
+        rate = f"{per_s:.1f}"
     if math.isfinite(inputs.period_s):
         rate += f" of {1 / inputs.period_s:.1f}"
+    if is_gone:
+        rate = "0"
     warn = is_gone or slow(inputs) is not None
     numbers = {"Late": counters.late, "lost": counters.lost, "refused": counters.refused}
     if counters.dropped:
         numbers["dropped"] = counters.dropped
     counts = ", ".join(map(str, numbers.values()))
     return [
-        DeviceFact("Pairs a second", "0" if is_gone else rate, warn),
+        DeviceFact("Pairs a second", rate, warn),
         DeviceFact(", ".join(numbers), counts, warn, title=_COUNTED),
     ]
 
@@ -184,7 +191,8 @@ def _range(device: Json, inputs: StatusInputs, number: int) -> DeviceFact:
     name = CHANNELS[number].capitalize()
     if isinstance(settings, dict):
         hard_input = settings["hard_input"]
-        name += f", CIN{hard_input if number == 0 else 3 - hard_input}"
+        inputs_of_chip = (hard_input, 3 - hard_input)
+        name += f", CIN{inputs_of_chip[number]}"
     is_gone = "unplugged" in inputs.troubles
     if is_gone or not math.isfinite(reading):
         return DeviceFact(name, "-", is_gone)

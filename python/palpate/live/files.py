@@ -35,13 +35,14 @@ class RunFiles:
     """
 
     def __init__(self, first: Path | str | None = None, folder: Path | str | None = None) -> None:
-        self.first: Path | None = None if first is None else Path(first)
-        if self.first:
+        self.first: Path | None = None
+        self._folder = Path()
+        if first is not None:
+            self.first = Path(first)
             sidecar_path(self.first)
+            self._folder = self.first.parent
         if folder is not None:
             self._folder = Path(folder)
-        else:
-            self._folder = self.first.parent if self.first else Path()
         self._made: dict[Path, FileKind] = {}
         self._stopped = False
         self.calibration: Path | None = None  # for reports
@@ -67,8 +68,10 @@ class RunFiles:
         """
         if name is not None:
             return self._checked(name)
+        if self.first and not self.recordings():
+            return self.first
         if self.first:
-            return self.free(self.first.name) if self.recordings() else self.first
+            return self.free(self.first.name)
         number = 1
         while True:
             path = self._folder / f"palpate-{date.today():%Y-%m-%d}-{number}.csv"

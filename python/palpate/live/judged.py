@@ -22,7 +22,8 @@ class JudgedChannels(Listener):
     def __init__(
         self, measurement: LiveMeasurement, clock: Callable[[], float] = time.monotonic
     ) -> None:
-        self._measurement, self._clock = measurement, clock
+        self._measurement = measurement
+        self._clock = clock
         self._lasting: dict[tuple[str, str], Judgement] = {}
         self._newest: Judgement | None = None
         self._newest_s = -math.inf
@@ -35,11 +36,14 @@ class JudgedChannels(Listener):
     @property
     def news(self) -> Judgement | None:
         """What happened once, a short time ago; None: nothing."""
-        return self._newest if self._clock() - self._newest_s < NEWS_S else None
+        if self._clock() - self._newest_s >= NEWS_S:
+            return None
+        return self._newest
 
     def begun(self, _: Stream) -> None:
         """Begin with the next measurement."""
-        self._lasting, self._newest = {}, None
+        self._lasting = {}
+        self._newest = None
 
     def gap(self, _: Gap) -> None:
         """Forget what was judged before the source began again."""
@@ -60,7 +64,8 @@ class JudgedChannels(Listener):
             kind = judgement.channel, judgement.name
             self._lasting = {**self._lasting, kind: self._lasting.get(kind, judgement)}
         else:
-            self._newest, self._newest_s = judgement, self._clock()
+            self._newest = judgement
+            self._newest_s = self._clock()
 
     def _holds(self, judgement: Judgement, batch: Batch) -> bool:
         """Return whether a judgement holds after a batch: to the last reading, or to a tare."""
@@ -72,4 +77,6 @@ class JudgedChannels(Listener):
         if not len(known):
             return True
         away = abs(float(known[-1]) - judgement.size)
-        return away <= (_NEAR_PF if judgement.name == "saturated" else 0.0)
+        if judgement.name == "saturated":
+            return away <= _NEAR_PF
+        return away == 0.0

@@ -18,12 +18,13 @@ EARLIER = 1 << 17  # rows that stand for all those before
 ROWS = 8192  # rows of a view, at most
 
 
-class Newest:
+class RingBuffer:
     """The newest rows in the order in which they came: `most` at least, a quarter more at most; `end` were ever added."""
 
     def __init__(self, most: int) -> None:
         self.end: int = 0
-        self._most, self._used = most, 0
+        self._most = most
+        self._used = 0
         self._rows: Rows = np.empty(most * 5 // 4, ROW)  # memory is used as rows come
 
     def add(self, rows: Rows) -> Rows:
@@ -32,8 +33,10 @@ class Newest:
         forgotten = rows[:0]
         if self._used + len(rows) > len(self._rows):
             every = np.concatenate((self.rows, rows))
-            forgotten, rows = every[: -self._most], every[-self._most :]
-            self._rows, self._used = np.empty_like(self._rows), 0
+            forgotten = every[: -self._most]
+            rows = every[-self._most :]
+            self._rows = np.empty_like(self._rows)
+            self._used = 0
         self._rows[self._used : self._used + len(rows)] = rows
         self._used += len(rows)
         return forgotten
@@ -44,34 +47,53 @@ class Newest:
         return self._rows[: self._used]
 
 
-class Levels:
+class MultiresolutionRows:
     """The rows of a measurement. One thread adds, any reads.
 
     A measurement of any length thins rows in dense parts when they come. Of a recording (`whole`) a page has views alone.
     """
 
     def __init__(self, *, whole: bool = False) -> None:
-        self._whole, self._lock = whole, Lock()
-        self._finest, self._newest = Newest(WHOLE if whole else FINEST), Newest(NEWEST)
-        self._earlier, self._per_s = np.empty(0, ROW), BINS_PER_S
+        self._whole = whole
+        self._lock = Lock()
+        self._finest = RingBuffer(WHOLE if whole else FINEST)
+        self._newest = RingBuffer(NEWEST)
+        self._earlier: Rows = np.empty(0, ROW)
+        self._per_s = BINS_PER_S
         self.span: tuple[float, float] | None = None  # times of the first and the last row, s
+
+    @property
+    def first_s(self) -> float | None:
+        """Time of the first row, s; None: there is none."""
+        return self.span[0] if self.span else None
+
+    @property
+    def last_s(self) -> float | None:
+        """Time of the last row, s; None: there is none."""
+        return self.span[1] if self.span else None
 
     def add(self, rows: Rows) -> None:
         """Add the next rows; their times do not go back."""
         if not len(rows):
             return
         with self._lock:
-            first = self.span[0] if self.span else float(rows["t_s"][0])
-            self.span = first, float(rows["t_s"][-1])
+            begin_s = float(rows["t_s"][0])
+            if self.span:
+                begin_s = self.span[0]
+            self.span = (begin_s, float(rows["t_s"][-1]))
             self._newest.add(rows)
-            forgotten = self._finest.add(rows if self._whole else thinned(rows))
+            if not self._whole:
+                rows = thinned(rows)
+            forgotten = self._finest.add(rows)
             if len(forgotten):
                 self._earlier = self._thinner(np.concatenate((self._earlier, forgotten)))
 
     def _thinner(self, rows: Rows) -> Rows:
         """Return the extremes of rows in parts of time, each of which is twice as long until there are few enough."""
-        while len(rows := thinned(rows, self._per_s)) > EARLIER:
+        rows = thinned(rows, self._per_s)
+        while len(rows) > EARLIER:
             self._per_s /= 2
+            rows = thinned(rows, self._per_s)
         return rows
 
     @property
@@ -93,7 +115,8 @@ class Levels:
         """Return the rows for a page from a number on, at most so many, and how many are no longer there; a view."""
         with self._lock:
             missed = max(self.begin - begin, 0)
-            rows, left = self._finest.rows, max(self.end - begin - missed, 0)
+            rows = self._finest.rows
+            left = max(self.end - begin - missed, 0)
             return missed, rows[len(rows) - left :][:most]
 
     def newest_rows(self) -> Rows:
@@ -108,12 +131,14 @@ class Levels:
         """
         if self.span is None or from_s > to_s:
             return np.empty(0, ROW)
-        low, high = self.span
-        from_s, to_s = min(max(from_s, low), high), max(min(to_s, high), low)
+        first_s, last_s = self.span
+        from_s = min(max(from_s, first_s), last_s)
+        to_s = max(min(to_s, last_s), first_s)
         with self._lock:
-            parts = self._earlier, self._finest.rows
+            earlier = self._earlier
+            finest = self._finest.rows
         # a copy of all would take longer
-        few = [_thinned_to(4 * most, _cut(part, from_s, to_s)) for part in parts]
+        few = [_thinned_to(4 * most, _cut(part, from_s, to_s)) for part in (earlier, finest)]
         return _thinned_to(most, _cut(np.concatenate(few), from_s, to_s))
 
 
@@ -125,5 +150,6 @@ def _thinned_to(most: int, rows: Rows) -> Rows:
 
 def _cut(rows: Rows, from_s: float, to_s: float) -> Rows:
     """Return the rows between two times, with the one before and the one after; a view."""
-    begin, end = bisect_left(rows["t_s"], from_s), bisect_right(rows["t_s"], to_s)
+    begin = bisect_left(rows["t_s"], from_s)
+    end = bisect_right(rows["t_s"], to_s)
     return rows[max(begin - 1, 0) : end + 1]

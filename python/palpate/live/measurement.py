@@ -10,8 +10,8 @@ from dataclasses import dataclass, replace
 from itertools import count
 from math import nan
 from pathlib import Path
-from threading import Lock, Thread
-from typing import Any, Protocol, runtime_checkable
+from threading import Event, Lock, Thread
+from typing import Any
 
 import numpy as np
 
@@ -21,7 +21,7 @@ from palpate.errors import PalpateError, RecordingError
 from palpate.files import Json
 from palpate.live.feed import ends_of, rows_of
 from palpate.live.files import RunFiles
-from palpate.live.levels import Levels
+from palpate.live.levels import MultiresolutionRows
 from palpate.live.protocol import (
     FilesState,
     RefusedCommand,
@@ -36,7 +36,7 @@ from palpate.recording.sidecar import Sidecar
 from palpate.samples import Sample, samples_of
 from palpate.sources import Source
 from palpate.sources.options import split
-from palpate.sources.sim import Truth
+from palpate.sources.simulated_hand import SimulatedHand, Truth
 from palpate.stream import Batch, Listener, Stream
 from palpate.stream.listeners import Listeners
 from palpate.stream.lsl_outlets import Outlets
@@ -45,6 +45,7 @@ from palpate.touch import Touch
 Keywords = Mapping[str, Any]
 """Keywords for functions of other rooms: of `Stream` and `Tracker`, or options of a source."""
 MOST = 500  # marks of a measurement that the page shows; older ones are in the recording only
+LONGEST_WAIT_S = 8.0  # of a simulation, for the first page
 KEPT = 1 << 16  # samples that a later recording begins with, at most: 28 min at 38 pairs a second
 # after a batch: the next pair of a slow source comes later, those of a fast one come together
 _PAUSE_S = 1 / 120
@@ -91,13 +92,6 @@ class EndedRecording:
     recorder: Recorder | None
 
 
-@runtime_checkable
-class SimulatedHand(Protocol):
-    """A source that knows what it presses on."""
-
-    truths: Sequence[Truth]
-
-
 class Measurement(Listener):
     """What the page shows: a measurement that runs, or a recording. Its parts listen to the same events.
 
@@ -130,15 +124,12 @@ class Measurement(Listener):
         The newest marks; times after which the baseline was measured again, s.
     newest_recorder : Recorder or None
         Of this measurement, also after its end.
-    demo : bool
-        Whether it is a simulation that is explained, and begins again.
-    truths : sequence of Truth
-        What a simulated hand presses on, in order.
+    hand : SimulatedHand or None
+        Of a simulation that runs.
     """
 
     tracker: Tracker
-    demo: bool = False
-    truths: Sequence[Truth] = ()
+    hand: SimulatedHand | None = None
     touches_wanted: int = _TOUCHES_WANTED  # of a specimen, in a plan without specimens
 
     def __init__(
@@ -164,7 +155,7 @@ class Measurement(Listener):
         self.ends: dict[int, float] = {}
         self.marks: deque[Mark] = deque(maxlen=MOST)
         self.tares: deque[float] = deque(maxlen=MOST)
-        self.levels: Levels = Levels(whole=self._whole)
+        self.levels: MultiresolutionRows = MultiresolutionRows(whole=self._whole)
         self.tracker_state: TrackerState = TrackerState()
         self.newest_recorder: Recorder | None = None
 
@@ -211,22 +202,18 @@ class Measurement(Listener):
         """Return what a plan says of each touch; None: nothing."""
         return [None] * len(self.touches)
 
-    def pressed(self, t_s: float, later: int = 0) -> str:
-        """Return the name of what the simulated hand presses, or pressed last, at a time; or of what it presses so much later."""
-        begun = later
-        for truth in self.truths:
-            if truth.start_s < t_s:
-                begun += 1
-        if 0 < begun <= len(self.truths):
-            return self.truths[begun - 1].name
-        return ""
+    @property
+    def truths(self) -> Sequence[Truth]:
+        """The presses of a simulated hand so far and to come, in order; empty: it is no simulation."""
+        return tuple(self.hand.truths) if self.hand else ()
 
     def batch(self, batch: Batch) -> None:
         """Keep the rows of a batch, and where its touches end."""
         rows = rows_of(batch)
-        last = self.levels.span[1] if self.levels.span else -math.inf
         # times of a file may go back
-        rows["t_s"] = np.maximum.accumulate(np.maximum(rows["t_s"], last))
+        if self.levels.span:
+            rows["t_s"] = np.maximum(rows["t_s"], self.levels.span[1])
+        rows["t_s"] = np.maximum.accumulate(rows["t_s"])
         self.levels.add(rows)
         self.ends |= ends_of(batch)
 
@@ -254,8 +241,8 @@ class LiveMeasurement(Measurement):
 
     `open_source` opens the source; options that were changed come as keywords. `settings`: scene and settings of `Stream`.
     `notify` gets each message and error, and a line for each recording that is closed. `lsl`: name of the streams of Lab
-    Streaming Layer that the measurements are sent to. `demo`: after a measurement with a simulation the next one begins,
-    with another seed.
+    Streaming Layer that the measurements are sent to. `first_page`: a simulation begins when it is set, or after some
+    seconds.
     """
 
     def __init__(
@@ -266,10 +253,10 @@ class LiveMeasurement(Measurement):
         notify: Callable[[str], None] = lambda _: None,
         lsl: str | None = None,
         *,
-        demo: bool = False,
+        first_page: Event | None = None,
     ) -> None:
         super().__init__(files, notify)
-        self.demo = demo
+        self._first_page = first_page
         self.forced: bool = False  # the newest tare was to be done also in contact
         self.last: Sample | None = None  # that was estimated
         # whether this measurement, and so the next one, is recorded
@@ -289,7 +276,6 @@ class LiveMeasurement(Measurement):
         Options of the source hold for later measurements, too. Raises what `Stream` raises.
         """
         stream = self._begin(options)
-        self._goes_on = self.demo
         self._thread = Thread(
             target=self._run, args=[stream], name="palpate-measurement", daemon=True
         )
@@ -297,11 +283,14 @@ class LiveMeasurement(Measurement):
 
     def _begin(self, changed: Keywords) -> Stream:
         options = {**self._options, **changed}
-        if self.demo:
-            options["seed"] = self.number
-        path = self.files.next() if self.records else None
+        path = None
+        if self.records:
+            path = self.files.next()
+        source = self._open(**options)
+        if source.hand and self._first_page:
+            source.hand.wait_for(self._first_page, LONGEST_WAIT_S)
         stream = Stream(
-            self._open(**options),
+            source,
             record=path,
             keep=KEPT,
             outlives_recording=True,
@@ -328,7 +317,6 @@ class LiveMeasurement(Measurement):
                 self.outlets.close()
 
     def _halt(self) -> None:
-        self._goes_on = False  # before: a round that begins now sees it
         self.stream.stop()
         self._thread.join()
 
@@ -353,9 +341,7 @@ class LiveMeasurement(Measurement):
         """Begin with the next measurement."""
         self.stream: Stream = stream
         self.tracker = stream.tracker
-        self.truths = ()
-        if isinstance(stream.source, SimulatedHand):
-            self.truths = stream.source.truths
+        self.hand = stream.source.hand
         self.error = ""
         self.last = None
         self._forget()
@@ -444,9 +430,8 @@ class LiveMeasurement(Measurement):
         recorder = self.stream.start_recording(path, earlier=True)
         self._begin_recording(recorder)
         message = f"Recording to {path.name}"
-        earlier_s = 0.0 if recorder.first_s is None else self.last_s - recorder.first_s
-        if earlier_s >= 1:
-            message += f"; it begins {earlier_s:.0f} s ago"
+        if recorder.first_s is not None and self.last_s - recorder.first_s >= 1:
+            message += f"; it begins {self.last_s - recorder.first_s:.0f} s ago"
         return message
 
     def stop(self) -> str:
@@ -545,16 +530,6 @@ class LiveMeasurement(Measurement):
 
     def _run(self, stream: Stream) -> None:
         errors = self._errors_of(stream)
-        while self._goes_on and not errors:
-            self._notify_closed(stream.recorder)
-            try:
-                stream = self._begin({})
-            except (PalpateError, ValueError) as error:
-                errors = [error]
-                break
-            if not self._goes_on:
-                stream.stop()
-            errors = self._errors_of(stream)
         self.touches = stream.touches
         texts = [str(error) or type(error).__name__ for error in errors]
         self.error = "; ".join(dict.fromkeys(texts))
@@ -604,6 +579,8 @@ def opener(source: str, keywords: Keywords) -> Callable[..., Source]:
     waits = scheme in ("sim", "") or Path(source).exists()
     if waits and not has_speed:
         options["speed"] = 1
+    if scheme == "demo":
+        options["page"] = True
 
     def opened(**changed: Any) -> Source:
         if not changed:

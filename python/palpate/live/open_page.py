@@ -8,7 +8,7 @@ from msgspec.structs import replace
 from starlette.websockets import WebSocket
 
 from palpate.live.feed import FrameKind, pack
-from palpate.live.levels import Levels
+from palpate.live.levels import MultiresolutionRows
 from palpate.live.noise import noise_of
 from palpate.live.page_commands import NoiseCommand, PageCommand, ViewCommand
 from palpate.live.protocol import DoneMessage, TouchesMessage, TouchRow, encode
@@ -27,7 +27,7 @@ class PageClient:
     and asks for views of those before.
     """
 
-    def __init__(self, socket: WebSocket, levels: Levels) -> None:
+    def __init__(self, socket: WebSocket, levels: MultiresolutionRows) -> None:
         self._socket = socket
         # by kind of message, in order; a number: an answer
         self._queue: dict[str | int, str | bytes] = {}
@@ -38,7 +38,7 @@ class PageClient:
         self.wake = self._something.set  # look at the rows again
         self.begin(levels)
 
-    def begin(self, levels: Levels) -> None:
+    def begin(self, levels: MultiresolutionRows) -> None:
         """Follow these rows from the oldest recent one."""
         self._levels = levels
         self._next = levels.begin

@@ -64,6 +64,16 @@ class MarkTextCommand(Command, tag="mark text"):
     text: Text
 
 
+class PressCommand(Command, tag="press"):
+    """Press the probe of the demo on a specimen, until it is released."""
+
+    specimen: Text
+
+
+class ReleaseCommand(Command, tag="release"):
+    """Lift the probe of the demo."""
+
+
 class UnderstoodCommand(Command, tag="understood"):
     """Do not show again that the computer is slow."""
 
@@ -214,6 +224,8 @@ MeasurementCommand = (
     | MarkCommand
     | MarkTextCommand
 )
+HandCommand = PressCommand | ReleaseCommand
+"""Of the demo: they wait for no other command."""
 DeviceCommands = UnderstoodCommand | CentreCommand | DeviceCommand
 SessionCommand = (
     PlanCommand
@@ -232,6 +244,7 @@ PageCommand = NoiseCommand | ViewCommand
 """Of one page alone; the others are for all of them."""
 BenchCommand = (
     MeasurementCommand
+    | HandCommand
     | DeviceCommands
     | SessionCommand
     | CalibrationCommand

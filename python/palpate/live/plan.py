@@ -40,6 +40,7 @@ from palpate.recording.recorder import Recorder
 from palpate.recording.session import Specimen
 from palpate.recording.sidecar import amend
 from palpate.repeatability import objections, session_scatter
+from palpate.sources.simulated_hand import SimulatedHand, WantedTouch
 from palpate.stream import Listener, Stream
 from palpate.touch import Touch
 from palpate.uncertainty import RATIOS, RatioOf, hold_ratio
@@ -49,6 +50,7 @@ _EMPTY = stored.Plan()
 _NAME = f"names of 1 to {stored.LONGEST_NAME} characters"
 _MODULUS = "moduli above 0, as 30 OO; 0.143"
 _NEAR_S = 0.5  # between the clocks of a simulated hand and of the samples
+_WANTED_IN_DEMO = 2  # touches of each specimen: calibrated in a minute
 _SHOWN = 99  # the newest touches of a specimen
 
 
@@ -149,8 +151,6 @@ class TouchPlan(Listener):
         # of a recording: of touches that are not found with these settings
         self._unmatched: list[stored.Entry] = []
         self._files = 0
-        if measurement.demo:
-            self.progress.name_at = lambda t_s: measurement.pressed(t_s + _NEAR_S)
         measurement.listeners.append(self)
         measurement.recording_begun.append(self._store)
         self._changed()
@@ -176,7 +176,25 @@ class TouchPlan(Listener):
         with self._lock:
             self.progress.begin()
             self._plan = replace(self._plan, notes=())
+            if stream.source.hand:
+                self._follow_hand(stream.source.hand)
             self._changed()
+
+    def _follow_hand(self, hand: SimulatedHand) -> None:
+        """Let a simulated hand do what is next; one that is pressed on the page decides itself."""
+        hand.follow(self._wanted_touch)
+        if not hand.specimens:
+            return
+        self.progress.name_at = lambda t_s: _pressed_at(hand, t_s)
+        if not self.progress.specimens:
+            self._wanted = _WANTED_IN_DEMO
+            for name, modulus in hand.specimens.items():
+                self.progress.specimens.append(Specimen(name, modulus, _WANTED_IN_DEMO))
+
+    def _wanted_touch(self) -> WantedTouch | None:
+        """Return the object of the next touch; None: nothing is wanted."""
+        following = self.document.next
+        return WantedTouch(following.name, following.modulus) if following else None
 
     def touch(self, number: int, touch: Touch) -> None:
         """Take a touch when it has ended, or was revised."""
@@ -447,6 +465,15 @@ class TouchPlan(Listener):
                 f"touch: got {number}, allowed: a touch of this measurement, 1 to {len(present)}"
             )
         return present[number - 1]
+
+
+def _pressed_at(hand: SimulatedHand, t_s: float) -> str:
+    """Return the name of what a simulated hand presses, or pressed last, when a touch begins."""
+    name = ""
+    for truth in hand.truths:
+        if truth.start_s < t_s + _NEAR_S:
+            name = truth.name
+    return name
 
 
 class Progress:

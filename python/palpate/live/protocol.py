@@ -59,10 +59,17 @@ class SimulatedPress(Struct, frozen=True):
     name: str
 
 
-class SimulationFacts(Struct, frozen=True):
-    """What is known of a simulation; `demo`: it is explained, and begins again."""
+class PressedSpecimen(Struct, frozen=True):
+    """A specimen on which the page can press, and its true modulus, MPa."""
 
-    demo: bool
+    name: str
+    modulus: float
+
+
+class SimulationFacts(Struct, frozen=True):
+    """What is known of a simulation; `specimens`: the page presses on them, empty: the hand presses by itself."""
+
+    specimens: list[PressedSpecimen]
     truths: list[SimulatedPress]
 
 
@@ -90,7 +97,7 @@ class HelloMessage(Message, tag="hello", kw_only=True):
     device: str
     scene: str
     stated: list[str]
-    threshold: float | None
+    threshold: MaybeNumber
     calibrated: bool
     scatter: float | None  # of the calibration
     assumed: float | None  # scatter without one
@@ -123,12 +130,13 @@ class ShownCounters(Struct, frozen=True):
 
 
 class Instruction(Struct, frozen=True):
-    """What to do now: Touch, Hold, Lift, Repeat, Stop, Tare or Wait; File: nothing is measured."""
+    """What to do now: Touch, Hold, Lift, Repeat, Stop, Tare, Wait or Ended; File: nothing is measured."""
 
     word: str
     sub: str
     tone: str = "idle"  # idle, busy, good, caution or fault
     share: float | None = None  # part of the touch that is measured
+    reason: str = ""  # in few words, for large letters; "": sub has them
 
 
 class ShownLine(Struct, frozen=True):
@@ -428,11 +436,15 @@ class CalibrationMessage(Message, tag="calibration", kw_only=True):
     """The guided calibration; without a fit only the first fields."""
 
     on: bool
-    saved: str | UnsetType | None = UNSET
+    saved: str | UnsetType | None = UNSET  # where it was saved, as a sentence
     next: str | UnsetType = UNSET
     touches: int | UnsetType = UNSET
     points: list[CalibrationPoint] | UnsetType = UNSET
-    verdict: str | UnsetType = UNSET
+    verdict: str | UnsetType = UNSET  # one sentence
+    grade: str | UnsetType = UNSET  # good, look, bad; "": too early
+    look: list[int] | UnsetType = UNSET  # numbers of the touches to look at
+    doubts: list[str] | UnsetType = UNSET
+    details: str | UnsetType = UNSET  # of the fit, in the words of `palpate calibrate`
     sound: bool | UnsetType = UNSET
     parameters: list[ShownParameter] | UnsetType = UNSET
     curve: CalibrationCurve | UnsetType | None = UNSET
@@ -473,7 +485,7 @@ class DeviceMessage(Message, tag="device"):
     can_centre: bool
 
 
-class ReadLine(Struct, frozen=True, omit_defaults=True):
+class ReadLine(Struct, frozen=True):
     """How a line of a list is read: its modulus, MPa, with its relative uncertainty, or what is wrong."""
 
     modulus: float | UnsetType | None = UNSET

@@ -1,8 +1,10 @@
 """The server of the page: its socket, and its address; it runs until SIGINT or SIGTERM."""
 
 import asyncio
+import errno
 import socket
 import sys
+from contextlib import suppress
 from functools import partial
 from typing import Literal, cast
 
@@ -15,6 +17,10 @@ from palpate.live.peers import Connection, Door
 WS: Literal["websockets-sansio"] = "websockets-sansio"
 """The implementation of web sockets."""
 _GRACE_S = 1
+_TRIED_PORTS = 20
+_LAST_PORT = 65535
+# EACCES: on Windows; elsewhere also of a port below 1024
+_IN_USE = (errno.EADDRINUSE, errno.EACCES)
 _BACKLOG = 32  # connections that are accepted in one go, before the door sees them
 _SWITCH_S = (
     1e-4  # how long the reader of the source waits for the interpreter at most; Python: 5 ms
@@ -23,8 +29,12 @@ _SWITCH_S = (
 _NOWHERE = ("192.0.2.1", 9)
 
 
+class PortInUse(ValueError):
+    """Another program listens at the port."""
+
+
 def listen(host: str, port: int) -> socket.socket:
-    """Return a listening socket; port 0: any free one. ValueError: no address of this machine, or the port is in use."""
+    """Return a listening socket; port 0: any free one. ValueError: no address of this machine; PortInUse."""
     try:
         [(family, *_, address), *_] = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
         listening = socket.socket(family, socket.SOCK_STREAM)
@@ -40,16 +50,28 @@ def listen(host: str, port: int) -> socket.socket:
         listening.listen()
     except OSError as error:
         listening.close()
-        raise ValueError(
+        kind = PortInUse if error.errno in _IN_USE else ValueError
+        raise kind(
             f"port: got {port} at {host}: {error.strerror}, allowed: a free port, 0 takes any; an address of this machine"
         ) from error
     return listening
 
 
+def listen_near(host: str, port: int) -> socket.socket:
+    """Return a socket that listens at this port, or at one of the next ones that is free."""
+    for number in range(port, min(port + _TRIED_PORTS, _LAST_PORT + 1)):
+        with suppress(PortInUse):
+            return listen(host, number)
+    return listen(host, 0)
+
+
 def address_of(listening: socket.socket, host: str, token: str | None = None) -> str:
     """Return the address of the page."""
-    name = host if host not in ("0.0.0.0", "::") else _own_address()
-    name = f"[{name}]" if ":" in name else name
+    name = host
+    if host in ("0.0.0.0", "::"):
+        name = _own_address()
+    if ":" in name:
+        name = f"[{name}]"
     path = f"{token}/" if token else ""
     return f"http://{name}:{listening.getsockname()[1]}/{path}"
 

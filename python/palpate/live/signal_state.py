@@ -4,7 +4,6 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,16 +18,18 @@ from palpate.tracking import has_given_baseline
 
 CHANNELS = ("hard", "soft")
 _SATURATED = {"hard": Status.HARD_SATURATED, "soft": Status.SOFT_SATURATED}
-_MEDIAN_STEP = (
-    0.954  # of the absolute difference of two samples, in standard deviations of the noise
-)
-# change of the noise with each sample, relative; of so many samples of a batch at most
-_ADAPTS, _MOST = (0.03, 32)
-_BELOW_PF, _BELOW_NOISE = 0.02, 30  # below the baseline by this, and by so many times the noise
+# of the absolute difference of two samples, in standard deviations of the noise
+_MEDIAN_STEP = 0.954
+_ADAPTS = 0.03  # change of the noise with each sample, relative
+_MOST = 32  # samples of a batch that change it
+_BELOW_PF = 0.02  # a channel is far below the baseline: by this,
+_BELOW_NOISE = 30  # and by this many times the noise
 _SAME_SAMPLES = 8  # two codes of a converter are rarely the same
-# A touch while the baseline is measured: one channel moves by so many times its usual noise, and both by so many.
-_MOVES, _BOTH_MOVE = 50, 10
-_FIRST, _FEWEST = 32, 12  # values of a baseline; with fewer of them it is not judged
+# A touch while the baseline is measured, in multiples of the usual noise:
+_MOVES = 50  # one channel moves by this,
+_BOTH_MOVE = 10  # and both by this
+_FIRST = 32  # values of a baseline
+_FEWEST = 12  # with fewer of them it is not judged
 _MOST_AGAIN = 600  # times that it is measured again for it: a recording has a mark of each
 _QUARTILES = 1.35  # their distance, in standard deviations
 
@@ -52,9 +53,8 @@ class SignalSeen:
 
     channels: tuple[ChannelSeen, ChannelSeen] = (ChannelSeen("hard"), ChannelSeen("soft"))
     at_s: float = -math.inf  # time of the last batch on the clock; -inf: none yet
-    share: float | None = (
-        None  # part of the running touch that is measured; None: no touch, or one without a length
-    )
+    # part of the running touch that is measured; None: no touch, or one without a length
+    share: float | None = None
     left_s: float = math.nan  # to the end of the touch
     contact_s: float = 0.0  # in contact for this time; 0: it is not
     done_s: float = 0.0  # in contact for this time since the touch was complete; 0: it is not
@@ -73,28 +73,39 @@ class SignalFollower(Listener):
         self, measurement: LiveMeasurement, clock: Callable[[], float] = time.monotonic
     ) -> None:
         self.seen = SignalSeen()
-        self._measurement, self._clock = measurement, clock
+        self._measurement = measurement
+        self._clock = clock
 
     def begun(self, stream: Stream) -> None:
         """Begin with the next measurement."""
-        self._stream, self._tracker = stream, stream.tracker
-        capf = (stream.source.describe().get("configuration") or {}).get("capf")
+        self._stream = stream
+        self._tracker = stream.tracker
+        device = stream.source.describe()
+        capf = (device.get("configuration") or {}).get("capf")
         self._converter_pF = math.nan if capf is None else NOISE_PF[capf]
-        self._first, self._touching = np.empty((0, 2)), ""
+        self._first = np.empty((0, 2))  # values of the baseline that is measured
+        self._touching = ""
         self._level = np.full(2, math.nan)  # of the last good baseline
-        self._range = list[Any]()  # where its range was
-        self._guards, self._again, self._measurement.forced = True, 0, False
+        self._range: list[object] = []  # where its range was
+        self._guards = True  # the next baseline is judged
+        self._again = 0  # times that it was measured again
+        self._measurement.forced = False
         self._sign = -1.0 if self._tracker.settings.get("falling") else 1.0
         self._is_given = has_given_baseline(self._tracker)
-        self._channels = _Channel("hard", self._sign), _Channel("soft", self._sign)
-        self._contact, self._done = _Lasting(), _Lasting()
-        self._state, self._touch, self._count = "", 0, 0  # the count: samples of the touch
-        self._touch_s = self._baseline_s = math.nan
+        self._channels = [ChannelFollower(name, self._sign) for name in CHANNELS]
+        self._contact = LastingCondition()
+        self._done = LastingCondition()
+        self._state = ""
+        self._touch = 0  # number of the touch
+        self._count = 0  # samples of it
+        self._touch_s = math.nan
+        self._baseline_s = math.nan
         self.seen = SignalSeen()
 
     def gap(self, gap: Gap) -> None:
         """Judge the baseline after a gap; over a pause of the computer the level may have moved far."""
-        self._guards, self._measurement.forced = True, False
+        self._guards = True
+        self._measurement.forced = False
         self._first = self._first[:0]
         if gap.cause in (GapCause.SLEPT, GapCause.STOPPED, GapCause.CLOCK_SET):
             self._level = np.full(2, math.nan)
@@ -104,17 +115,26 @@ class SignalFollower(Listener):
         if not len(batch.samples):
             return
         self._judge(batch)
-        t_s, state = batch.samples["t_hard_ns"] * 1e-9, self._tracker.state
+        t_s = batch.samples["t_hard_ns"] * 1e-9
+        state = self._tracker.state
         self._follow_state(batch, t_s, state)
         hard, soft = (channel.follow(batch, t_s, state) for channel in self._channels)
-        contact_s = self._contact.follow(np.full(len(t_s), state in PRESSED), t_s)
-        done_s = self._done.follow(np.full(len(t_s), state == "done"), t_s)
-        times = (*self._progress(float(t_s[-1]), state), contact_s, done_s, self._baseline_s)
-        self.seen = SignalSeen((hard, soft), self._clock(), *times, self._touching)
+        share, left_s = self._progress(float(t_s[-1]), state)
+        self.seen = SignalSeen(
+            (hard, soft),
+            self._clock(),
+            share,
+            left_s,
+            contact_s=self._contact.follow(np.full(len(t_s), state in PRESSED), t_s),
+            done_s=self._done.follow(np.full(len(t_s), state == "done"), t_s),
+            baseline_s=self._baseline_s,
+            touching=self._touching,
+        )
 
     def _judge(self, batch: Batch) -> None:
         """Look at the first values of a baseline; where something touches, measure it again."""
-        before, state = self._state, self._tracker.state
+        before = self._state
+        state = self._tracker.state
         if state == "baseline" and before != "baseline":
             self._first = self._first[:0]
             self._guards |= before == "waiting"
@@ -124,21 +144,26 @@ class SignalFollower(Listener):
         values = np.column_stack([batch.samples[name] for name in CHANNELS])
         self._first = np.concatenate([self._first, values])[-_FIRST:]
         is_open = self._guards and not self._measurement.forced and not self._is_given
-        found = self._found() if is_open else ""
+        found = ""
+        if is_open:
+            found = self._found()
         if state == "baseline":
             self._touching = found or self._touching
         elif found and state == "waiting":
-            self._touching, self._again = found, self._again + 1
+            self._touching = found
+            self._again += 1
             if self._again <= _MOST_AGAIN:
                 self._stream.tare(force=True)
         else:
-            self._guards, self._touching, self._again = False, "", 0
+            self._guards = False
+            self._touching = ""
+            self._again = 0
             self._range = self._range_now()
 
-    def _range_now(self) -> list[Any]:
+    def _range_now(self) -> list[object]:
         """Return what moves the level without a contact: the range of the converter, and another chip."""
         device = self._stream.source.describe()
-        return [device.get(name) for name in ("configuration", "fingerprint")]
+        return [device.get("configuration"), device.get("fingerprint")]
 
     def _found(self) -> str:
         """Return what shows that something touches; "": nothing."""
@@ -146,26 +171,25 @@ class SignalFollower(Listener):
         usual = np.fmax(self._converter_pF, [channel.seen.noise_pF for channel in self._channels])
         if len(known) < _FEWEST:
             return ""
-        spread = np.subtract(*np.quantile(known, [0.75, 0.25], axis=0)) / _QUARTILES
-        times, change = spread / usual, np.median(known, axis=0) - self._level
+        low, high = np.quantile(known, [0.25, 0.75], axis=0)
+        spread = (high - low) / _QUARTILES
+        times = spread / usual
         if times.max() > _MOVES and times.min() > _BOTH_MOVE:
             most = int(times.argmax())
-            size, noise = (
-                number_format.number(1e3 * float(spread[most])),
-                number_format.number(float(times[most])),
-            )
+            size = number_format.number(1e3 * float(spread[most]))
+            noise = number_format.number(float(times[most]))
             return f"the {CHANNELS[most]} channel moves by {size} fF, {noise} times its noise"
-        if (
-            self._range == self._range_now()
-            and (self._sign * change > _BELOW_PF + _BELOW_NOISE * np.nan_to_num(usual)).all()
-        ):
+        change = np.median(known, axis=0) - self._level
+        least = _BELOW_PF + _BELOW_NOISE * np.nan_to_num(usual)
+        if self._range == self._range_now() and (self._sign * change > least).all():
             side = "above" if self._sign > 0 else "below"
             return f"hard {change[0]:+.2f} pF, soft {change[1]:+.2f} pF {side} the baseline before"
         return ""
 
     def _follow_state(self, batch: Batch, t_s: NDArray[np.float64], state: str) -> None:
         """Note when the touch began, and when its baseline was measured."""
-        before, self._state = self._state, state
+        before = self._state
+        self._state = state
         if state != "baseline" and (before == "baseline" or math.isnan(self._baseline_s)):
             self._baseline_s = float(t_s[-1])
         number = int(batch.rows["touch"][-1])
@@ -173,75 +197,96 @@ class SignalFollower(Listener):
         if number > self._touch:
             self._measurement.forced = False
         if number != self._touch:
-            self._touch, self._count, self._touch_s = number, 0, float(t_s[mine[0]])
+            self._touch = number
+            self._count = 0
+            self._touch_s = float(t_s[mine[0]])
         self._count += len(mine)
 
     def _progress(self, t_s: float, state: str) -> tuple[float | None, float]:
         """Return the part of the touch that is measured, and the seconds that are left."""
-        passed_s, settings = t_s - self._touch_s, self._tracker.settings
         if state == "done":
             return 1.0, math.nan
         if not self._touch or state != "contact":
             return None, math.nan
-        if seconds := settings.get("seconds"):
+        passed_s = t_s - self._touch_s
+        settings = self._tracker.settings
+        seconds = settings.get("seconds")
+        if seconds:
             return round(min(passed_s / seconds, 1.0), 3), max(seconds - passed_s, 0.0)
-        if samples := settings.get("samples"):
+        samples = settings.get("samples")
+        if samples:
             left = max(samples - self._count, 0)
-            return round(1 - left / samples, 3), left * passed_s / max(self._count - 1, 1)
+            period_s = passed_s / max(self._count - 1, 1)
+            return round(1 - left / samples, 3), left * period_s
         return None, math.nan
 
 
-class _Lasting:
+class LastingCondition:
     """Since when something holds without a break."""
 
     def __init__(self) -> None:
-        self.since_s, self.samples = math.nan, 0
+        self.since_s = math.nan
+        self.samples = 0
 
     def follow(self, holds: NDArray[np.bool_], t_s: NDArray[np.float64], least: int = 1) -> float:
         """Return for how long it holds, s; 0: for fewer than these samples."""
         broken = np.flatnonzero(~holds)
-        first = int(broken[-1]) + 1 if len(broken) else 0
+        first = 0
         if len(broken):
+            first = int(broken[-1]) + 1
             self.samples = 0
         if first < len(holds) and not self.samples:
             self.since_s = float(t_s[first])
         self.samples += len(holds) - first
-        return float(t_s[-1]) - self.since_s if self.samples >= least else 0.0
+        if self.samples < least:
+            return 0.0
+        return float(t_s[-1]) - self.since_s
 
 
-class _Channel:
+class ChannelFollower:
     """Follows one channel; `sign`: of its change when it is pressed."""
 
     def __init__(self, name: str, sign: float) -> None:
         self._sign = sign
         self.seen = ChannelSeen(name)
-        self._below, self._same = _Lasting(), _Lasting()
-        self._last = self._last_s = math.nan  # value and time of the last sample
+        self._below = LastingCondition()
+        self._same = LastingCondition()
+        self._last = math.nan  # value of the last sample
+        self._last_s = math.nan  # its time
 
     def follow(self, batch: Batch, t_s: NDArray[np.float64], state: str) -> ChannelSeen:
         """Take the next batch; return what is seen."""
-        name, before = self.seen.name, self.seen
-        values, limited = (
-            batch.samples[name],
-            (batch.samples["status"] & int(_SATURATED[name])) != 0,
-        )
+        name = self.seen.name
+        before = self.seen
+        values = batch.samples[name]
+        is_limited = (batch.samples["status"] & int(_SATURATED[name])) != 0
         change = values - batch.rows[f"{name}_baseline"]
         steps = np.diff(values, prepend=self._last)
-        passed_s = np.diff(t_s, prepend=t_s[0] if math.isnan(self._last_s) else self._last_s)
-        noise_pF = _adapted(before.noise_pF, steps) if state == "waiting" else before.noise_pF
-        margin = _BELOW_PF + _BELOW_NOISE * np.nan_to_num(noise_pF)
+        last_s = t_s[0] if math.isnan(self._last_s) else self._last_s
+        passed_s = np.diff(t_s, prepend=last_s)
+        self._last = float(values[-1])
+        self._last_s = float(t_s[-1])
+        noise_pF = before.noise_pF
+        if state == "waiting":
+            noise_pF = _adapted(noise_pF, steps)
+        reading = before.reading
         known = values[np.isfinite(values)]
-        self._last, self._last_s = float(values[-1]), float(t_s[-1])
+        if len(known):
+            reading = float(known[-1])
+        limit_s = 0.0
+        if state in PRESSED:
+            limit_s = before.limit_s + float(passed_s[is_limited].sum())
+        margin = _BELOW_PF + _BELOW_NOISE * np.nan_to_num(noise_pF)
+        is_below = (self._sign * change < -margin) & ~is_limited & (state == "waiting")
+        is_same = (steps == 0) & ~is_limited
         self.seen = ChannelSeen(
             name,
-            float(known[-1]) if len(known) else before.reading,
+            reading,
             noise_pF,
-            before.limit_s + float(passed_s[limited].sum()) if state in PRESSED else 0.0,
-            self._below.follow(
-                (self._sign * change < -margin) & ~limited & (state == "waiting"), t_s
-            ),
+            limit_s,
+            self._below.follow(is_below, t_s),
             -self._sign * float(change[-1]),
-            self._same.follow((steps == 0) & ~limited, t_s, _SAME_SAMPLES),
+            self._same.follow(is_same, t_s, _SAME_SAMPLES),
         )
         return self.seen
 
@@ -251,6 +296,7 @@ def _adapted(noise_pF: float, steps: NDArray[np.float64]) -> float:
     sizes = np.abs(steps[np.isfinite(steps)]) / _MEDIAN_STEP
     if not len(sizes):
         return noise_pF
-    noise_pF = noise_pF if noise_pF > 0 else float(np.median(sizes))
+    if not noise_pF > 0:
+        noise_pF = float(np.median(sizes))
     more = 2 * float(np.mean(sizes > noise_pF)) - 1
     return noise_pF * math.exp(_ADAPTS * min(len(sizes), _MOST) * more)

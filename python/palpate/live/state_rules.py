@@ -3,7 +3,6 @@
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import chain
 from typing import NamedTuple
 
 from palpate import number_format
@@ -17,9 +16,11 @@ LIMIT_S = 0.1  # in contact a channel may be at its limit for this time
 BELOW_S = 1.0  # a channel is far below its baseline for this time before the page says it
 LONG_S = 10.0  # the probe is left in contact after a touch for this time before the page says it
 # without a pair for this time, and for so many periods, a measurement is silent
-SILENT_S, SILENT_PERIODS = (1.0, 10)
+SILENT_S = 1.0
+SILENT_PERIODS = 10
 CONSTANT_S = 1.0  # a channel has the same value for this time before the page says it
-SLOW_SHARE, FEWEST = 0.9, 50  # too slow: below this part of the rate; of so many pairs
+SLOW_SHARE = 0.9  # too slow: below this part of the rate
+FEWEST = 50  # pairs, to know the rate
 DAMAGED = {
     "changed": "This recording was changed.",
     "not complete": "This recording is not complete.",
@@ -89,7 +90,7 @@ class StatusInputs:
     lost: int = 0  # pairs at it
     cut: int = 0  # number of the touch that it cut
     pace: PairRate = field(default_factory=PairRate)
-    slow_told: bool = False  # that the computer is slow was said before
+    slow_is_known: bool = False  # the user knows that the computer is slow
     recording: str = ""  # name of the recording that runs
     recording_error: str = ""
     rows_wait: str = ""  # why rows are not written now
@@ -100,10 +101,8 @@ class StatusInputs:
     forced: bool = False  # the baseline is by Tare anyway, and no touch has begun since
     result: LastTouch | None = None
     next: NextTouch | None = None
-    finished: tuple[str, str, str] | None = (
-        None  # all specimens are done: title and text of the line, what was done
-    )
-    hand: tuple[str, str] | None = None  # of the demo: what is pressed, what comes next
+    # all specimens are done: title and text of the line, what was done
+    finished: tuple[str, str, str] | None = None
 
     @property
     def pressed(self) -> bool:
@@ -111,9 +110,19 @@ class StatusInputs:
         return self.state in ("contact", "adapting", "done")
 
     @property
+    def is_silent(self) -> bool:
+        """Whether no pair has come for too long."""
+        limit_s = SILENT_S
+        if not math.isnan(self.period_s):
+            limit_s = max(SILENT_S, SILENT_PERIODS * self.period_s)
+        return self.silent_s > limit_s
+
+    @property
     def cut_text(self) -> str:
         """The sentence about the touch that was cut."""
-        return f" Touch {self.cut} is cut: repeat it." if self.cut else ""
+        if not self.cut:
+            return ""
+        return f" Touch {self.cut} is cut: repeat it."
 
 
 def view_of(inputs: StatusInputs) -> tuple[Instruction, StatusLine]:
@@ -125,21 +134,18 @@ def view_of(inputs: StatusInputs) -> tuple[Instruction, StatusLine]:
     >>> now.word, now.tone, line.level, line.title
     ('Stop', 'fault', 'fault', 'Unplugged.')
     """
-    now, line = demo(inputs, inputs.hand) if inputs.hand else calm(inputs)
-    # the hand obeys no order
-    found = (view for view in urgent(inputs) if not inputs.hand or view[0].level == "fault")
-    line, do = next(found, (line, None))
-    return do or now, line
+    instruction, line = calm(inputs)
+    for urgent_line, urgent_instruction in urgent(inputs):
+        return urgent_instruction or instruction, urgent_line
+    return instruction, line
 
 
 def urgent(inputs: StatusInputs) -> Iterator[View]:
-    """Return what is wrong, the most urgent first."""
-    faults = _device_faults(inputs)
-    return (
-        faults
-        if inputs.state == "ended"
-        else chain(faults, _signal_faults(inputs), _touch_doubts(inputs))
-    )
+    """Yield what is wrong, the most urgent first."""
+    yield from _device_faults(inputs)
+    if inputs.state != "ended":
+        yield from _signal_faults(inputs)
+        yield from _touch_doubts(inputs)
 
 
 def file_state(file: ReviewedFile) -> StatusState:
@@ -149,57 +155,57 @@ def file_state(file: ReviewedFile) -> StatusState:
     if file.refused:
         counts += f", {file.refused} without a value"
     text = f"A recording: {file.end}, {counts}. Nothing is being measured."
-    line = StatusLine("file", "caution" if title else "quiet", title, text)
+    level = "caution" if title else "quiet"
+    line = StatusLine("file", level, title, text)
     return StatusState(Instruction("File", file.name), line.shown(None), text)
 
 
 def _device_faults(inputs: StatusInputs) -> Iterator[View]:
     """Yield what is wrong with the measurement, the device and the recording, the most urgent first."""
-    missing = f" {_count(inputs.unrecorded, 'pair')} not recorded." if inputs.unrecorded else ""
-    again, ended = "Measure again begins a new measurement.", "the measurement has ended"
-    if inputs.error:
-        text = f"{_sentence(inputs.error)}{missing} {again}"
-        yield (
-            StatusLine("ended", "fault", "The measurement ended with an error.", text),
-            Instruction("Stop", ended, "fault"),
-        )
-    elif inputs.state == "ended" and not inputs.finished:
-        yield (
-            StatusLine("ended", "note", "Ended.", f"The source has no more samples. {again}"),
-            Instruction("Stop", ended),
-        )
-    if text := inputs.troubles.get("unplugged", ""):
-        text = f"{_sentence(text)}{inputs.cut_text}{' The recording goes on.' if inputs.recording else ''}"
-        now = Instruction("Stop", "no board: plug it in, it goes on by itself", "fault")
-        yield StatusLine("unplugged", "fault", "Unplugged.", text), now
+    missing = ""
+    if inputs.unrecorded:
+        missing = f" {_count(inputs.unrecorded, 'pair')} not recorded."
+    yield from _ends(inputs, missing)
+    unplugged = inputs.troubles.get("unplugged", "")
+    if unplugged:
+        text = _sentence(unplugged) + inputs.cut_text
+        if inputs.recording:
+            text += " The recording goes on."
+        line = StatusLine("unplugged", "fault", "Unplugged.", text)
+        yield line, Instruction("Stop", "no board: plug it in, it goes on by itself", "fault")
     shared = inputs.troubles.get("shared", "")
     if shared:
-        yield (
-            StatusLine("shared", "fault", "Lines are lost.", _sentence(shared)),
-            Instruction("Stop", "close the other program", "fault"),
-        )
-    if text := inputs.troubles.get("wiring", ""):
-        yield (
-            StatusLine("wiring", "fault", "Look at the wires.", _sentence(text)),
-            Instruction("Stop", "a wire is off", "fault"),
-        )
-    if inputs.silent_s > max(
-        SILENT_S, SILENT_PERIODS * (0 if math.isnan(inputs.period_s) else inputs.period_s)
-    ):
+        line = StatusLine("shared", "fault", "Lines are lost.", _sentence(shared))
+        yield line, Instruction("Stop", "close the other program", "fault")
+    wiring = inputs.troubles.get("wiring", "")
+    if wiring:
+        line = StatusLine("wiring", "fault", "Look at the wires.", _sentence(wiring))
+        yield line, Instruction("Stop", "connect the wire again", "fault")
+    if inputs.is_silent:
         text = "The source sends nothing. Look at its plug, its cable and its supply."
-        yield (
-            StatusLine("silent", "fault", "No data.", text),
-            Instruction("Wait", "no data comes", "fault"),
-        )
+        line = StatusLine("silent", "fault", "No data.", text)
+        yield line, Instruction("Wait", "no data comes", "fault")
     yield from _recording_faults(inputs, missing)
+
+
+def _ends(inputs: StatusInputs, missing: str) -> Iterator[View]:
+    """Yield that the measurement has ended; `missing`: how many pairs the recording lacks."""
+    again = "Measure again begins a new measurement."
+    remedy = "press Measure again"
+    if inputs.error:
+        text = f"{_sentence(inputs.error)}{missing} {again}"
+        line = StatusLine("ended", "fault", "The measurement ended with an error.", text)
+        yield line, Instruction("Stop", remedy, "fault")
+    elif inputs.state == "ended" and not inputs.finished:
+        line = StatusLine("ended", "note", "Ended.", f"The source has no more samples. {again}")
+        yield line, Instruction("Ended", remedy)
 
 
 def _recording_faults(inputs: StatusInputs, missing: str) -> Iterator[View]:
     """Yield what is wrong with the recording; `missing`: how many pairs it lacks, a sentence or nothing."""
-    if text := inputs.recording_error:
-        text = (
-            f"{_sentence(text)}{missing} The measurement goes on; record to another name or disk."
-        )
+    if inputs.recording_error:
+        error = _sentence(inputs.recording_error)
+        text = f"{error}{missing} The measurement goes on; record to another name or disk."
         yield StatusLine("recording", "fault", "The recording failed.", text), None
     elif inputs.rows_wait and inputs.unrecorded:
         text = f"{_sentence(inputs.rows_wait)} Make room on the disk: it resumes by itself."
@@ -208,58 +214,35 @@ def _recording_faults(inputs: StatusInputs, missing: str) -> Iterator[View]:
         text = f"{_sentence(inputs.rows_wait)} Make room on the disk; nothing is lost yet."
         yield StatusLine("rows wait", "caution", "The recording waits.", text), None
     if inputs.notes_wait:
-        yield StatusLine("notes wait", "caution", "Notes wait.", _sentence(inputs.notes_wait)), None
+        text = _sentence(inputs.notes_wait)
+        yield StatusLine("notes wait", "caution", "Notes wait.", text), None
 
 
 def _signal_faults(inputs: StatusInputs) -> Iterator[View]:
     """Yield what is wrong with the signal and its baseline, the most urgent first."""
-    channels = inputs.seen.channels
-    wait = (
-        Instruction("Wait", "do not touch anything", "caution")
-        if inputs.state == "baseline"
-        else None
-    )
     yield from _constant_or_falling(inputs)
-    if text := inputs.seen.touching:
-        text = f"Something touches: {text}. No baseline is taken from it."
-        yield (
-            StatusLine("touched", "caution", "Lift the probe.", text),
-            Instruction("Lift", "and hold it in the air", "caution"),
-        )
-    if inputs.outside:
-        do = (
-            "lift the probe, then press Centre"
-            if inputs.can_centre
-            else "set the range of the source again"
-        )
-        text = f"The {_subject(inputs.outside)} outside the range of the converter without a touch. {_sentence(do)}"
-        yield StatusLine("range", "fault", "Out of range.", text), Instruction("Stop", do, "fault")
-    if inputs.pressed and (limited := [one for one in channels if one.limit_s >= LIMIT_S]):
-        limit = f", {inputs.full_scale_pF:.3f} pF" if math.isfinite(inputs.full_scale_pF) else ""
-        said = f"The {_subject([one.name for one in limited])} at the limit"
-        long_s = max(one.limit_s for one in limited)
-        text = (
-            f"{said}{limit}, for {long_s:.1f} s of this touch. Press less: half of this is enough."
-        )
-        line = StatusLine("saturated", "caution", "Saturated.", text, f"{said}. Press less.")
-        yield line, Instruction("Repeat", "lift, then press less", "caution")
+    touching = inputs.seen.touching
+    if touching:
+        text = f"Something touches: {touching}. No baseline is taken from it."
+        line = StatusLine("touched", "caution", "Lift the probe.", text)
+        yield line, Instruction("Lift", "and hold it in the air", "caution")
+    yield from _out_of_range(inputs)
     yield from _at_its_end(inputs)
-    if inputs.state == "no contact" and (
-        low := [one for one in channels if one.below_s >= BELOW_S]
-    ):
-        who, deep = _subject([one.name for one in low]), max(one.below_pF for one in low)
-        text = f"The {who} {deep:.2f} pF below the baseline: something was touched while taring, or it jumped."
-        line = StatusLine(
-            "baseline", "fault", "Baseline lost.", text, f"The {who} below the baseline."
-        )
-        yield line, Instruction("Tare", "lift the probe, then press T", "fault")
+    yield from _below_baseline(inputs)
+    wait = None
+    if inputs.state == "baseline":
+        wait = Instruction("Wait", "do not touch anything", "caution")
     if inputs.gap:
-        lost = f": {_count(inputs.lost, 'pair')} lost" if inputs.lost else ""
-        text = f"{_sentence(inputs.gap + lost)}{inputs.cut_text} The baseline is measured again."
+        text = inputs.gap
+        if inputs.lost:
+            text += f": {_count(inputs.lost, 'pair')} lost"
+        text = f"{_sentence(text)}{inputs.cut_text} The baseline is measured again."
         yield StatusLine("gap", "caution", "It goes on after a gap.", text), wait
     if inputs.retaken:
-        why = "The channels fell far below it: it had been measured in contact, or it jumped."
-        text = f"{why} It is measured again; a touch before may be wrong, and is flagged."
+        text = (
+            "The channels fell far below it: it had been measured in contact, or it jumped. "
+            "It is measured again; a touch before may be wrong, and is flagged."
+        )
         yield StatusLine("baseline", "caution", "Baseline lost.", text), wait
     if inputs.news:
         title = _NEWS.get(inputs.news.name, "Look at the signal.")
@@ -274,27 +257,67 @@ _NEWS = {
 }
 
 
+def _out_of_range(inputs: StatusInputs) -> Iterator[View]:
+    """Yield that channels are outside the range of the converter, or at its limit in contact."""
+    if inputs.outside:
+        remedy = "set the range of the source again"
+        if inputs.can_centre:
+            remedy = "lift the probe, then press Centre"
+        subject = _subject(inputs.outside)
+        text = (
+            f"The {subject} outside the range of the converter without a touch. {_sentence(remedy)}"
+        )
+        line = StatusLine("range", "fault", "Out of range.", text)
+        yield line, Instruction("Stop", remedy, "fault")
+    limited = [one for one in inputs.seen.channels if one.limit_s >= LIMIT_S]
+    if limited and inputs.pressed:
+        spoken = f"The {_subject([one.name for one in limited])} at the limit"
+        text = spoken
+        if math.isfinite(inputs.full_scale_pF):
+            text += f", {inputs.full_scale_pF:.3f} pF"
+        long_s = max(one.limit_s for one in limited)
+        text += f", for {long_s:.1f} s of this touch. Press less: half of this is enough."
+        line = StatusLine("saturated", "caution", "Saturated.", text, f"{spoken}. Press less.")
+        yield line, Instruction("Repeat", "lift, then press less", "caution")
+
+
+def _below_baseline(inputs: StatusInputs) -> Iterator[View]:
+    """Yield that channels are far below their baseline."""
+    low = [one for one in inputs.seen.channels if one.below_s >= BELOW_S]
+    if not low or inputs.state != "no contact":
+        return
+    subject = _subject([one.name for one in low])
+    deep_pF = max(one.below_pF for one in low)
+    text = (
+        f"The {subject} {deep_pF:.2f} pF below the baseline: something was touched while taring, "
+        "or it jumped."
+    )
+    spoken = f"The {subject} below the baseline."
+    line = StatusLine("baseline", "fault", "Baseline lost.", text, spoken)
+    yield line, Instruction("Tare", "lift the probe, then press T", "fault")
+
+
 def _constant_or_falling(inputs: StatusInputs) -> Iterator[View]:
     """Yield what is wrong with channels as a whole: they do not change, or fall when pressed."""
     constant = [one for one in inputs.seen.channels if one.constant_s >= CONSTANT_S]
     if constant and not _judged(inputs, "saturated"):
         yield _constant(constant, _judged(inputs, "frozen"))
-    if text := _judged(inputs, "falling"):
-        now = Instruction(
-            "Stop", "exchange the wires and press T, or begin again with --falling", "caution"
-        )
-        yield StatusLine("falling", "caution", "It falls when pressed.", text), now
+    falling = _judged(inputs, "falling")
+    if falling:
+        line = StatusLine("falling", "caution", "It falls when pressed.", falling)
+        remedy = "exchange the wires and press T, or begin again with --falling"
+        yield line, Instruction("Stop", remedy, "caution")
 
 
 def _at_its_end(inputs: StatusInputs) -> Iterator[View]:
     """Yield that channels are at the end of their range; in contact the press may be too deep."""
     text = _judged(inputs, "saturated")
     if text and inputs.pressed:
-        now = Instruction("Repeat", "lift, then press less, or set the range", "caution")
-        yield StatusLine("at its end", "caution", "Saturated.", text), now
+        line = StatusLine("at its end", "caution", "Saturated.", text)
+        yield line, Instruction("Repeat", "lift, then press less, or set the range", "caution")
     elif text:
-        now = Instruction("Stop", "look at the wires, and set the range", "fault")
-        yield StatusLine("at its end", "fault", "Saturated.", text), now
+        line = StatusLine("at its end", "fault", "Saturated.", text)
+        yield line, Instruction("Stop", "look at the wires, and set the range", "fault")
 
 
 def _judged(inputs: StatusInputs, name: str) -> str:
@@ -303,153 +326,169 @@ def _judged(inputs: StatusInputs, name: str) -> str:
 
 
 def _constant(channels: Sequence[ChannelSeen], frozen: str) -> View:
-    """Say that channels always have the same value: nothing is wired, or the source does not measure.
+    """Return that channels always have the same value: nothing is wired, or the source does not measure.
 
     `frozen`: the sentences about it, if it was judged.
     """
     if len(channels) == 2 and not any(one.reading for one in channels):
         text = "Both channels read 0.000 pF. Wire the hard gauge and the soft one to their inputs."
-        now = Instruction("Stop", "nothing is wired to the inputs", "fault")
-        return StatusLine("unwired", "fault", "Nothing wired.", text), now
-    now = Instruction("Stop", "look at the wires", "caution")
-    if frozen:
-        return StatusLine("constant", "caution", "Nothing changes.", frozen), now
-    who = f"The {channels[0].name} channel reads" if len(channels) == 1 else "Both channels read"
-    read = " and ".join(f"{one.reading:.3f}" for one in channels)
-    text = f"{who} the same value all the time, {read} pF: no converter does. Look at wires and source."
-    return StatusLine("constant", "caution", "Nothing changes.", text), now
+        line = StatusLine("unwired", "fault", "Nothing wired.", text)
+        return line, Instruction("Stop", "nothing is wired to the inputs", "fault")
+    text = frozen
+    if not frozen:
+        subject = "Both channels read"
+        if len(channels) == 1:
+            subject = f"The {channels[0].name} channel reads"
+        values = " and ".join(f"{one.reading:.3f}" for one in channels)
+        text = (
+            f"{subject} the same value all the time, {values} pF: no converter does. Look at wires "
+            "and source."
+        )
+    line = StatusLine("constant", "caution", "Nothing changes.", text)
+    return line, Instruction("Stop", "look at the wires", "caution")
 
 
 def _touch_doubts(inputs: StatusInputs) -> Iterator[View]:
     """Yield what is doubtful about touches, the pace and the wiring, the most urgent first."""
-    result, between = inputs.result, inputs.state not in ("contact", "adapting")
-    if result and result.swapped and between:
-        line = StatusLine("swapped", "caution", "Inputs exchanged?", _sentence(result.swapped))
-        yield line, Instruction("Stop", "look at the two wires", "caution")
-    if result and result.why and between:
-        lift = "lift, " if inputs.pressed else ""
-        name = f" {inputs.next.name}" if inputs.next else ""
-        hints = [flag.meaning.hint for flag in result.flags if flag.meaning.hint]
-        how = f"{hints[0]}, " if hints else ""
-        line = StatusLine(
-            "left out", "caution", f"Touch {result.number} is left out.", _sentence(result.why)
-        )
-        yield (
-            line,
-            Instruction(
-                "Repeat",
-                f"{lift}{how}touch{name} again",
-                "caution",
-                1.0 if inputs.pressed else None,
-            ),
-        )
-    if not result and inputs.state == "no contact" and (text := inputs.troubles.get("hint", "")):
-        yield StatusLine("hint", "note", "Wiring.", _sentence(text)), None
-    if (told := slow(inputs)) and not inputs.slow_told:
-        yield told, None
+    result = inputs.result
+    if result and inputs.state not in ("contact", "adapting"):
+        if result.swapped:
+            line = StatusLine("swapped", "caution", "Inputs exchanged?", _sentence(result.swapped))
+            yield line, Instruction("Stop", "look at the two wires", "caution")
+        if result.why:
+            yield _left_out(inputs, result)
+    hint = inputs.troubles.get("hint", "")
+    if hint and not result and inputs.state == "no contact":
+        yield StatusLine("hint", "note", "Wiring.", _sentence(hint)), None
+    slow_line = slow(inputs)
+    if slow_line and not inputs.slow_is_known:
+        yield slow_line, None
     if inputs.uncalibrated:  # last: it lasts, and would hide the others
         text = _sentence(inputs.uncalibrated)
         yield StatusLine("calibration", "caution", "The calibration is not used.", text), None
 
 
+def _left_out(inputs: StatusInputs, result: LastTouch) -> View:
+    """Return that the last touch is left out, and how to repeat it."""
+    title = f"Touch {result.number} is left out."
+    line = StatusLine("left out", "caution", title, _sentence(result.why))
+    steps = []
+    share = None
+    if inputs.pressed:
+        steps.append("lift")
+        share = 1.0
+    hints = [flag.meaning.hint for flag in result.flags if flag.meaning.hint]
+    steps += hints[:1]
+    if inputs.next:
+        steps.append(f"touch {inputs.next.name} again")
+    else:
+        steps.append("touch again")
+    return line, Instruction("Repeat", ", ".join(steps), "caution", share)
+
+
 def slow(inputs: StatusInputs) -> StatusLine | None:
-    """Say that the computer is too slow for the pairs, and what that costs."""
+    """Return that the computer is too slow for the pairs, and what that costs; None: it is not."""
     pace = inputs.pace
-    few = pace.read >= FEWEST and pace.per_s < SLOW_SHARE * pace.nominal_per_s
-    if not (few or pace.dropped):
+    is_late = pace.read >= FEWEST and pace.per_s < SLOW_SHARE * pace.nominal_per_s
+    if not (is_late or pace.dropped):
         return None
-    told = [f"{pace.per_s:.0f} of {pace.nominal_per_s:.0f} pairs a second arrive."] if few else []
-    told += (
-        [f"{pace.dropped} pairs were not estimated; a recording has them."] if pace.dropped else []
-    )
-    cost = "What it costs is known after a touch."
-    if inputs.result and (known := inputs.result.known) and math.isfinite(known.uncertainty):
-        share = min(pace.per_s / pace.nominal_per_s, 1.0) if few else 1.0
-        before, now = (
-            number_format.error(one.uncertainty)
-            for one in (replace(known, noise=known.noise * share**0.5), known)
-        )
-        cost = (
-            f"It costs nothing here: ± {now} stays ± {now}."
-            if now == before
-            else f"± {before} becomes ± {now}."
-        )
-    return StatusLine(
-        "slow", "note", "Slow computer.", " ".join([*told, cost]), "The computer is slow."
-    )
+    sentences = []
+    share = 1.0
+    if is_late:
+        sentences.append(f"{pace.per_s:.0f} of {pace.nominal_per_s:.0f} pairs a second arrive.")
+        share = min(pace.per_s / pace.nominal_per_s, 1.0)
+    if pace.dropped:
+        sentences.append(f"{pace.dropped} pairs were not estimated; a recording has them.")
+    sentences.append(_cost(inputs.result, share))
+    text = " ".join(sentences)
+    return StatusLine("slow", "note", "Slow computer.", text, "The computer is slow.")
+
+
+def _cost(result: LastTouch | None, share: float) -> str:
+    """Return how the uncertainty of the last touch grows if only this share of the pairs comes."""
+    known = None
+    if result:
+        known = result.known
+    if known is None or not math.isfinite(known.uncertainty):
+        return "What it costs is known after a touch."
+    with_all = replace(known, noise=known.noise * share**0.5)
+    before = number_format.error(with_all.uncertainty)
+    now = number_format.error(known.uncertainty)
+    if now == before:
+        return f"It costs nothing here: ± {now} stays ± {now}."
+    return f"± {before} becomes ± {now}."
 
 
 def calm(inputs: StatusInputs) -> tuple[Instruction, StatusLine]:
     """Return what to do if nothing is wrong, and what goes on."""
-    seen, kept, following = inputs.seen, _kept(inputs), _next(inputs)
     if inputs.state == "done":
-        return _complete(inputs, following)
+        return _complete(inputs)
     if inputs.pressed:
-        sub = f"{seen.contact_s:.0f} s so far" if seen.contact_s else "measuring"
-        if math.isfinite(seen.left_s):
-            sub = f"{seen.left_s:.1f} s more"
-        about = f" {_sentence(following)}" if inputs.next else ""
-        return Instruction("Hold", sub, "busy", seen.share), StatusLine(
-            "contact", "quiet", "", f"Measuring.{about}"
-        )
-    if inputs.state != "baseline":
-        if inputs.finished:
-            title, text, sub = inputs.finished
-            return Instruction("Done", sub, "good"), StatusLine("finished", "note", title, text)
-        noise = max(one.noise_pF for one in seen.channels)
-        told = f"Noise {1e3 * noise:.2g} fF." if math.isfinite(noise) else ""
-        doubt = (
-            ", if nothing was touched at Tare anyway; else lift the probe, and press Tare"
-            if inputs.forced
-            else ""
-        )
-        text = " ".join(part for part in (f"Ready{doubt}.", kept, told) if part)
-        sub = f"{following}: press, and hold" if inputs.next else "press, and hold"
-        return Instruction("Touch", sub), StatusLine("ready", "quiet", "", text, f"Ready{doubt}.")
+        return _holding(inputs)
+    if inputs.state == "baseline":
+        return _measuring_baseline(inputs)
+    if inputs.finished:
+        title, text, sub = inputs.finished
+        return Instruction("Done", sub, "good"), StatusLine("finished", "note", title, text)
+    return _ready(inputs)
+
+
+def _complete(inputs: StatusInputs) -> tuple[Instruction, StatusLine]:
+    kept = _kept(inputs) or "The touch is complete."
+    sub = "the touch is complete"
+    if inputs.next:
+        sub = f"kept; then {_next(inputs)}"
+    if inputs.result and inputs.result.late:
+        sub = f"touch {inputs.result.number} counts · {inputs.result.late}"
+    reason = "the touch is kept" if _kept(inputs) else "complete"
+    instruction = Instruction("Lift", sub, "good", 1.0, reason)
+    if inputs.seen.done_s > LONG_S:
+        text = f"{kept} The next touch needs a new contact."
+        return instruction, StatusLine("left in contact", "note", "Lift the probe.", text)
+    return instruction, StatusLine("done", "quiet", "", kept, "Complete.")
+
+
+def _holding(inputs: StatusInputs) -> tuple[Instruction, StatusLine]:
+    seen = inputs.seen
+    sub = "measuring"
+    if math.isfinite(seen.left_s):
+        sub = f"{seen.left_s:.1f} s more"
+    elif seen.contact_s:
+        sub = f"{seen.contact_s:.0f} s so far"
+    text = "Measuring."
+    if inputs.next:
+        text += f" {_sentence(_next(inputs))}"
+    instruction = Instruction("Hold", sub, "busy", seen.share)
+    return instruction, StatusLine("contact", "quiet", "", text)
+
+
+def _measuring_baseline(inputs: StatusInputs) -> tuple[Instruction, StatusLine]:
     if inputs.result and not inputs.result.revised:
-        text = f"{kept} Its result is revised when the baseline after it is known."
-        return Instruction("Wait", "a second without touching"), StatusLine(
-            "after", "quiet", "", text.strip()
-        )
+        text = f"{_kept(inputs)} Its result is final when the baseline after it is known."
+        line = StatusLine("after", "quiet", "", text.strip())
+        return Instruction("Wait", "a second without touching"), line
     line = StatusLine("first baseline", "quiet", "", "The baseline is being measured.")
     return Instruction("Wait", "do not touch anything"), line
 
 
-def _complete(inputs: StatusInputs, following: str) -> tuple[Instruction, StatusLine]:
-    kept = _kept(inputs) or "The touch is complete."
-    sub = f"kept; then {following}" if inputs.next else "the touch is complete"
-    if inputs.result and inputs.result.late:
-        sub = f"touch {inputs.result.number} counts · {inputs.result.late}"
-    now = Instruction("Lift", sub, "good", 1.0)
-    if inputs.seen.done_s > LONG_S:
-        text = f"{kept} The next touch needs a new contact."
-        return now, StatusLine("left in contact", "note", "Lift the probe.", text)
-    return now, StatusLine("done", "quiet", "", kept, "Complete.")
-
-
-def demo(inputs: StatusInputs, hand: tuple[str, str]) -> tuple[Instruction, StatusLine]:
-    """Return what the simulated hand does, in words for someone without a probe."""
-    on, then = hand
-    text = "A simulated hand touches four specimens, round after round. With your board: `palpate doctor`"
-    line = StatusLine("demo", "note", "Simulation.", text)
-    if inputs.state == "done":
-        return Instruction("Lifting", f"the touch on {on} is complete", "good", 1.0), line
-    if inputs.pressed:
-        left = f": {inputs.seen.left_s:.1f} s more" if math.isfinite(inputs.seen.left_s) else ""
-        return Instruction(
-            "Holding", f"the hand presses on {on}{left}", "busy", inputs.seen.share
-        ), line
-    if inputs.state == "baseline" and not inputs.result:
-        return Instruction("Waiting", "the baseline is being measured"), line
-    return Instruction(
-        "Lifted", f"next, the hand touches {then}" if then else "the next round follows"
-    ), line
+def _ready(inputs: StatusInputs) -> tuple[Instruction, StatusLine]:
+    ready = "Ready."
+    if inputs.forced:
+        ready = "Ready, if nothing was touched at Tare anyway; else lift the probe, and press Tare."
+    parts = [ready, _kept(inputs)]
+    text = " ".join(part for part in parts if part)
+    sub = "press, and hold"
+    if inputs.next:
+        sub = f"{_next(inputs)}: press, and hold"
+    instruction = Instruction("Touch", sub, reason="press and hold")
+    return instruction, StatusLine("ready", "quiet", "", text, ready)
 
 
 def _kept(inputs: StatusInputs) -> str:
-    return (
-        f"Touch {inputs.result.number} is kept." if inputs.result and not inputs.result.why else ""
-    )
+    """Return that the last touch is kept; "": it is not."""
+    if inputs.result and not inputs.result.why:
+        return f"Touch {inputs.result.number} is kept."
+    return ""
 
 
 def _next(inputs: StatusInputs) -> str:
@@ -473,5 +512,8 @@ def _sentence(text: str) -> str:
     """Return a text as a sentence: with a capital, unless it begins with the name of a file or a device; a full stop."""
     text = text.strip()
     first = text.partition(" ")[0].rstrip(".")
-    begin = text[:1] if set(first) & set("./\\") else text[:1].upper()
-    return begin + text[1:] + ("" if text.endswith((".", "!", "?")) else ".")
+    if not set(first) & set("./\\"):
+        text = text[:1].upper() + text[1:]
+    if not text.endswith((".", "!", "?")):
+        text += "."
+    return text

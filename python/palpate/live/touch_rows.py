@@ -1,6 +1,7 @@
 """The table of touches on the page, and the values of `hello` and `state` beside it."""
 
 import math
+from collections.abc import Collection
 from dataclasses import dataclass
 
 from msgspec import UNSET, UnsetType
@@ -16,6 +17,7 @@ from palpate.live.measurement import PRESSED, Measurement
 from palpate.live.plan import TouchKept, TouchPlan
 from palpate.live.protocol import (
     HelloMessage,
+    PressedSpecimen,
     RatioState,
     ShownAgreement,
     ShownModulus,
@@ -71,23 +73,28 @@ class TouchTable:
         measurement = self._measurement
         tracker = measurement.tracker
         device = measurement.device()
-        span = measurement.levels.span
-        return HelloMessage(
+        calibration = self.calibration
+        hello = HelloMessage(
             measurement=measurement.number,
-            kind="file" if measurement.file else "live",
+            kind="live",
             file=measurement.file,
-            origin_s=span[0] if span else None,
+            origin_s=measurement.levels.first_s,
             seconds=tracker.settings.get("seconds"),
             source=source,
             simulation=_simulation(measurement, device),
             device=_device_name(device),
             scene=tracker.scene,
             stated=_stated(tracker),
-            threshold=tracker.threshold if tracker.threshold < math.inf else None,
-            calibrated=self.calibration is not None,
-            scatter=self.calibration.touch_spread if self.calibration else None,
+            threshold=tracker.threshold,
+            calibrated=calibration is not None,
+            scatter=None,
             assumed=self._assumed,
         )
+        if measurement.file:
+            hello.kind = "file"
+        if calibration:
+            hello.scatter = calibration.touch_spread
+        return hello
 
     def now(self) -> RatioState:
         """Return the values that change during a measurement."""
@@ -101,12 +108,13 @@ class TouchTable:
         modulus = None
         # a level ratio: at the end only
         if self.calibration and self.calibration.ratio == "hold" and math.isfinite(ratio):
-            noise = known.noise if math.isfinite(known.noise) else None
+            noise = None
+            if math.isfinite(known.noise):
+                noise = known.noise
             modulus = shown_modulus(self.calibration.modulus(ratio, noise))
-        span = measurement.levels.span
         return RatioState(
             measurement.state,
-            span[1] if span else None,
+            measurement.levels.last_s,
             ratio,
             error,
             known.uncertainty,
@@ -165,12 +173,11 @@ class TouchTable:
         """Return the number of the most reliable touch; None: they do not agree."""
         if found is None or not found.agree:
             return None
-        best = most_reliable(
-            alike,
-            scatter=None,
-            accept=self.calibration.accepted if self.calibration else (),
-            ratio_of=self._plan.progress.ratio_of,
-        )
+        accepted: Collection[str] = ()
+        if self.calibration:
+            accepted = self.calibration.accepted
+        ratio_of = self._plan.progress.ratio_of
+        best = most_reliable(alike, scatter=None, accept=accepted, ratio_of=ratio_of)
         return touches.index(best) + 1
 
     def _together(self, alike: list[Touch], found: Agreement | None) -> ShownAgreement | None:
@@ -240,9 +247,12 @@ class TouchTable:
 
     def _modulus_of(self, touch: Touch) -> Modulus | None:
         """Return the modulus of a touch, with what the touches so far show of the contact exponent."""
+        if self.calibration is None:
+            return None
         learned = self._counts().learned
-        found = learned.calibration if learned else self.calibration
-        return found.modulus_of(touch) if found else None
+        if learned:
+            return learned.calibration.modulus_of(touch)
+        return self.calibration.modulus_of(touch)
 
     def _uncertainty(self, touch: Touch, scatter: Scatter) -> Uncertainty:
         linearity = linearity_pF(self._measurement.tracker.settings["full_scale"])
@@ -256,7 +266,9 @@ class TouchTable:
         """Return what the touches show together; computed again when the plan has changed."""
         version = self._plan.version
         if self._counted is None or self._counted.version != version:
-            learned = self._counted.learned if self._counted else None
+            learned = None
+            if self._counted:
+                learned = self._counted.learned
             self._counted = _Counted(version, self._scatter_of_touches(), self._learn(learned))
         return self._counted
 
@@ -268,7 +280,7 @@ class TouchTable:
             if row.kept:
                 kept.append((row.specimen, touch))
         found = session_scatter(kept, self._plan.progress.ratio_of)
-        if found.source == "assumed" or self._measurement.demo:  # as its text says
+        if found.source == "assumed":
             return Scatter(self._scatter)
         return found
 
@@ -312,21 +324,27 @@ def shown_agreement(
     found: Agreement, text: str, modulus: ShownModulus | UnsetType | None = UNSET
 ) -> ShownAgreement:
     """Return an agreement for the page: the mean only if the touches agree."""
-    trend = found.trend
-    return ShownAgreement(
+    trend = None
+    if found.trend:
+        trend = ShownTrend(found.trend.change, found.trend.probability)
+    shown = ShownAgreement(
         agree=found.agree,
-        ratio=found.ratio if found.agree else None,
-        standard_error=found.standard_error if found.agree else None,
+        ratio=None,
+        standard_error=None,
         touches=found.touches,
         spread=found.spread,
         scatter=found.scatter,
         probability=found.probability,
         cause=found.cause,
-        trend=ShownTrend(trend.change, trend.probability) if trend else None,
+        trend=trend,
         without_tilt=found.without_tilt,
         text=text,
         modulus=modulus,
     )
+    if found.agree:
+        shown.ratio = found.ratio
+        shown.standard_error = found.standard_error
+    return shown
 
 
 def _simulation(measurement: Measurement, device: Json) -> SimulationFacts | None:
@@ -334,12 +352,18 @@ def _simulation(measurement: Measurement, device: Json) -> SimulationFacts | Non
     if not sidecar.is_simulated(device):
         return None
     truths = [SimulatedPress(one.start_s, one.ratio, one.name) for one in measurement.truths]
-    return SimulationFacts(measurement.demo, truths)
+    specimens = []
+    if measurement.hand:
+        for name, modulus in measurement.hand.specimens.items():
+            specimens.append(PressedSpecimen(name, modulus))
+    return SimulationFacts(specimens, truths)
 
 
 def _device_name(device: Json) -> str:
     """Return the name of a device, and its file."""
-    named = device["device"] if isinstance(device.get("device"), dict) else device
+    named = device
+    if isinstance(device.get("device"), dict):
+        named = device["device"]
     return ", ".join(str(named[key]) for key in ("name", "file") if key in named)
 
 
@@ -350,6 +374,8 @@ def _stated(tracker: Tracker) -> list[str]:
         stated.append("falling")
     if has_given_baseline(tracker):
         hard, soft = given_levels(tracker)
-        levels = f"{hard:g} and {soft:g} pF" if hard or soft else "zero"
+        levels = "zero"
+        if hard or soft:
+            levels = f"{hard:g} and {soft:g} pF"
         stated.append(f"baseline given, {levels}")
     return stated

@@ -1,7 +1,7 @@
 """Input of the simulated board: the bumps of a scenario, read by the real driver."""
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from math import sqrt
 
 import numpy as np
@@ -58,7 +58,25 @@ def limit_ns(speed: float | None) -> int:
     return round(LIMIT_NS * max(speed or 1.0, 1.0))
 
 
-def simulated_board(
+@dataclass(frozen=True)
+class SimulatedInput:
+    """A simulated board, and what its bumps measure.
+
+    Attributes
+    ----------
+    board : SimulatedBoard
+    truth : TrueCapacitance
+        Its presses may be exchanged during the measurement.
+    start_s : float
+        Begin of the scenario on the clock of the board, s.
+    """
+
+    board: SimulatedBoard
+    truth: TrueCapacitance
+    start_s: float
+
+
+def simulated_input(
     scenario: Scenario,
     clock: Clock,
     seed: int = 0,
@@ -67,8 +85,8 @@ def simulated_board(
     bus_kHz: float = BUS_KHZ,
     idle_s: float = 0.0,
     paused_s: Callable[[], float] = lambda: 0.0,
-) -> SimulatedBoard:
-    """Return a board whose bumps follow a scenario from now on.
+) -> SimulatedInput:
+    """Return a board whose bumps follow a scenario from now on, and its presses.
 
     `paused_s` returns how long the computer has paused, s: the hand waits meanwhile, and the
     baselines drift.
@@ -87,7 +105,13 @@ def simulated_board(
             return max(clock.now_ns() / 1e9 - start_s - paused_s(), 0.0)
 
         chip.disturbance = _disturbance(scenario, chip, random, since_s, seed)
-    return SimulatedBoard(chip, clock, bus_kHz=bus_kHz)
+    board = SimulatedBoard(chip, clock, bus_kHz=bus_kHz)
+    return SimulatedInput(board, truth, start_s)
+
+
+def simulated_board(scenario: Scenario, clock: Clock, seed: int = 0) -> SimulatedBoard:
+    """Return a board whose bumps follow a scenario from now on."""
+    return simulated_input(scenario, clock, seed).board
 
 
 def _disturbance(

@@ -168,11 +168,12 @@ def ten_specimens() -> Scenario:
     random = np.random.default_rng(0)
     hand = Hand()
     presses: list[Press] = []
-    for number, modulus in enumerate(SORBOTHANE_MPA.values()):
+    for number, (name, modulus) in enumerate(SORBOTHANE_MPA.items()):
         part = hand.touches(PROBE.ratio(modulus), TOUCHES, random)
         earlier_s = TOUCHES * EVERY_S * number
         for press in part.presses:
-            presses.append(replace(press, start_s=press.start_s + FREE_S + earlier_s))
+            start_s = press.start_s + FREE_S + earlier_s
+            presses.append(replace(press, start_s=start_s, name=name))
     duration_s = FREE_S + part.duration_s + TOUCHES * EVERY_S * (len(SORBOTHANE_MPA) - 1)
     return replace(part, presses=presses, duration_s=duration_s)
 

@@ -31,6 +31,8 @@ class Press:
     tilt_deg : (float, float), degrees
         Tilt of the substrate in the plane through both bumps (above 0: the hard bump is deeper),
         and at right angles to it. `palpate.simulation.mechanics.Substrate` has its effect.
+    name : str
+        Name of the object; "": it has none.
 
     Raises
     ------
@@ -53,6 +55,7 @@ class Press:
     relaxes: float = 0.0
     relaxation_s: float = 1.0
     tilt_deg: tuple[float, float] = (0.0, 0.0)
+    name: str = ""
 
     def __post_init__(self) -> None:
         """Check the ranges."""

@@ -20,6 +20,7 @@ from palpate.messages import quoted
 from palpate.recording.rows import LARGEST_STATUS, Codes, codes_of
 from palpate.samples import DTYPE, Block, Sample
 from palpate.source_events import SourceEvent, SourceItem
+from palpate.sources.simulated_hand import SimulatedHand
 
 TURN_S = 0.1  # of one call that waits: an interruption ends between two
 _FARTHEST_NS = 2**62  # the difference of two such times is exact
@@ -61,6 +62,8 @@ class Source(Protocol):
         this computer, if the source is live and in real time; else nothing is said.
     notify : callable
         Called with a message for the user, from any thread; set it to receive the messages.
+    hand : palpate.sources.simulated_hand.SimulatedHand or None
+        Of a simulation: what its hand touches, and what a page may ask of it. None: no simulation.
 
     Examples
     --------
@@ -82,6 +85,7 @@ class Source(Protocol):
     real_time: bool = True
     clocks: Clocks | None = None
     notify: Callable[[str], None] = staticmethod(_silent)
+    hand: SimulatedHand | None = None
 
     def __enter__(self) -> Self:
         """Begin the measurement."""

@@ -17,6 +17,7 @@ GROUP = "palpate.sources"
 _OWN = {
     "usb": "palpate.sources.board:open_usb",
     "sim": "palpate.sources.sim:open_sim",
+    "demo": "palpate.sources.demo:open_demo",
     "i2c": "palpate.sources.board:open_i2c",
     "iio": "palpate.sources.iio:open_iio",
     "serial": "palpate.sources.serial:open_serial",
@@ -51,7 +52,7 @@ def open(uri: str, **options: Any) -> Source:
     ----------
     uri : str
         `usb:` or `usb:BUS/ADDRESS`: the evaluation kit. `sim:SCENARIO`: the same driver with a
-        simulated kit. `i2c:/dev/i2c-N`: the chip on a Linux I2C bus. `iio:` or `iio:PATH`: the chip
+        simulated kit. `demo:`: that, pressed by hand on the page of `palpate live`. `i2c:/dev/i2c-N`: the chip on a Linux I2C bus. `iio:` or `iio:PATH`: the chip
         with the driver of the Linux kernel. `serial:PORT`: lines of text. `lsl:NAME`: a stream of
         Lab Streaming Layer. A path: a recording, or a table of another logger. Options may follow
         as `?NAME=VALUE&NAME=VALUE`.
@@ -62,7 +63,8 @@ def open(uri: str, **options: Any) -> Source:
         speed (1: real time; default: as fast as possible), bus_kHz (10 to 400), fault
         (KIND[:AMOUNT]@SECONDS, separated by commas; sleep, stop and clock-set are of the computer),
         wiring (a mistake of the wiring; a wrong name lists all), idle (s at rest before the
-        scenario). iio: hard_input, centre (yes or no).
+        scenario). demo: as i2c, and seed, tremor (of the force, relative), page (yes: it does
+        not end by itself). iio: hard_input, centre (yes or no).
         serial: columns (names of the cells of a line) or pattern (a regular expression with groups
         of these names), unit (or pF of a count), baud, reset (yes, no: leave DTR and RTS inactive),
         replug. lsl: type, source_id, host (which stream), hard, soft (labels or positions of the

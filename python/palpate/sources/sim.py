@@ -2,9 +2,10 @@
 
 import re
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from threading import Event
 from typing import Any, NamedTuple
 
 from palpate.ad7746.bus import RealClock, VirtualClock
@@ -17,16 +18,22 @@ from palpate.elasticity import SORBOTHANE_MPA
 from palpate.files import Json
 from palpate.messages import quoted, unlike
 from palpate.samples import Sample
-from palpate.simulation.board_input import board_scenarios, limit_ns, simulated_board
-from palpate.simulation.probe import Scenario
+from palpate.simulation.board_input import board_scenarios, limit_ns, simulated_input
+from palpate.simulation.hand import SESSIONS, Hand
+from palpate.simulation.press import Press
+from palpate.simulation.probe import Scenario, TrueCapacitance
 from palpate.simulation.scenarios import PROBE
+from palpate.simulation.signals import random_of
 from palpate.source_events import SourceEvent
 from palpate.sources.board import BoardSource, ConverterOptions
 from palpate.sources.options import choice, number, option, whole_number, yes_no
+from palpate.sources.simulated_hand import SimulatedHand, Truth
 
 DEFAULT = "four-specimens"
 _LONGEST_S = 1e8  # of a fault of the computer: three years
 _BEHIND_S = 0.1  # a paced simulation makes up for this at most
+_ASKED_BEFORE_S = 0.1  # a hand asks what is next at this time before it touches it
+_RESTS_S = 1.5  # after its last touch a hand waits for what is wanted: the baseline takes a second
 _NAMES = {PROBE.ratio(modulus): name for name, modulus in SORBOTHANE_MPA.items()}
 _FAULT = re.compile(r"(?P<kind>[^:@]+)(?::(?P<amount>[^@]+))?@(?P<time>.+)")
 
@@ -87,14 +94,6 @@ class Incident(NamedTuple):
     fault: Fault | TimeFault
 
 
-class Truth(NamedTuple):
-    """A simulated press on an object with one ratio; `name`: of the object, or ""."""
-
-    start_s: float
-    ratio: float
-    name: str
-
-
 def parse_faults(name: str, value: Any) -> tuple[Incident, ...]:
     """Parse faults, KIND[:AMOUNT]@SECONDS, separated by commas; a dash is a blank of a kind."""
     kinds: dict[str, FaultKind | TimeFaultKind] = {}
@@ -141,6 +140,19 @@ class SimOptions(ConverterOptions):
     paced: bool = option(yes_no, False)
 
 
+class Pacing:
+    """Lets the time of a virtual clock pass in real time; a computer that was late catches up."""
+
+    def __init__(self) -> None:
+        self._begun_s = time.monotonic()
+
+    def wait_until(self, elapsed_s: float) -> None:
+        """Wait until this time since the begin, s, has passed."""
+        wait_s = self._begun_s + elapsed_s - time.monotonic()
+        self._begun_s += max(-wait_s - _BEHIND_S, 0)
+        time.sleep(max(wait_s, 0))
+
+
 class SimSource(BoardSource):
     """The pairs of a simulated scenario, until its end."""
 
@@ -155,8 +167,7 @@ class SimSource(BoardSource):
         self._time_faults = TimeFaults()
         if any(isinstance(incident.fault, TimeFault) for incident in options.fault):
             self.clocks = self._time_faults
-        self.truths = _truths(scenario, options.idle)
-        self.kit = simulated_board(
+        simulated = simulated_input(
             scenario,
             self.clock,
             options.seed,
@@ -165,11 +176,16 @@ class SimSource(BoardSource):
             idle_s=options.idle,
             paused_s=lambda: self._time_faults.paused_s,
         )
+        self.kit = simulated.board
+        self.hand: ScenarioHand = ScenarioHand(
+            scenario, options.idle, simulated.truth, seed=options.seed, can_follow=name in SESSIONS
+        )
         self._name = name
         self._options = options
         self._incidents = list(options.fault)
         self._begun_ns = self.clock.now_ns()
-        self._end_ns = self._begun_ns + round((options.idle + scenario.duration_s) * 1e9)
+        self._stopped = Event()
+        self._waited_ns = 0
         backend = SimulatedUsb(self.clock)
         backend.plug(self.kit)
         super().__init__(
@@ -181,7 +197,10 @@ class SimSource(BoardSource):
 
     def _pairs(self) -> Iterator[Sample | SourceEvent]:
         """Yield the pairs until the scenario ends; after each pair inject the faults that are due."""
-        begun_s = time.monotonic()
+        self._wait()
+        if self._stopped.is_set():
+            return
+        pacing = Pacing()
         for item in super()._pairs():
             yield item
             if not isinstance(item, Sample):
@@ -189,13 +208,29 @@ class SimSource(BoardSource):
             now = self.clock.now_ns()
             elapsed_s = (now - self._begun_ns) / 1e9 - self._time_faults.paused_s
             if self._options.paced:
-                wait_s = begun_s + elapsed_s - time.monotonic()
-                begun_s += max(-wait_s - _BEHIND_S, 0)
-                time.sleep(max(wait_s, 0))
+                pacing.wait_until(elapsed_s)
             while self._incidents and elapsed_s >= self._incidents[0].time_s:
                 self._begin_fault(self._incidents.pop(0).fault)
-            if now >= self._end_ns + self._time_faults.paused_s * 1e9:
+            if self.hand.is_over(elapsed_s):
                 return
+
+    def _wait(self) -> None:
+        """Wait for the begin, if the hand waits; the clock of the simulation stands still."""
+        if self.hand.is_waiting:
+            waited_s = self.hand.wait(self._stopped)
+            self._waited_ns = round(waited_s * 1e9)
+            self.clock.skip(-waited_s * (self._options.speed or 1))
+
+    @property
+    def zero_ns(self) -> int | None:
+        """Begin of the measurement on the clock of the computer."""
+        zero_ns = super().zero_ns
+        return None if zero_ns is None else zero_ns + self._waited_ns
+
+    def interrupt(self) -> None:
+        """Stop the iteration."""
+        self._stopped.set()
+        super().interrupt()
 
     def _begin_fault(self, fault: Fault | TimeFault) -> None:
         """Let the board fail at its next request, or the computer now."""
@@ -224,13 +259,84 @@ class SimSource(BoardSource):
         return {**super().describe(), "simulated": simulated}
 
 
+class ScenarioHand(SimulatedHand):
+    """The hand of a scenario: it presses at its times.
+
+    If something says what to touch next, it does that: each press is on the wanted object, and
+    after the last one it goes on as long as something is wanted.
+    """
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        idle_s: float,
+        truth: TrueCapacitance,
+        *,
+        seed: int,
+        can_follow: bool,
+    ) -> None:
+        super().__init__(_truths(scenario, idle_s))
+        self._capacitance = truth
+        self._idle_s = idle_s
+        self._can_follow = can_follow
+        self._random = random_of(seed, "wanted touches")
+        self._next = 0  # number of the press that begins next
+        self._end_s = idle_s + scenario.duration_s
+
+    def is_over(self, elapsed_s: float) -> bool:
+        """Return whether the scenario has ended at this time, s; before a press ask what is next."""
+        end_s = self._end_s
+        if self._can_follow and self._wanted is not None:
+            self._ask(elapsed_s - self._idle_s)
+            last = self._capacitance.presses[-1]
+            end_s = max(end_s, self._idle_s + last.stop_s + _RESTS_S)
+        return elapsed_s > end_s
+
+    def _ask(self, time_s: float) -> None:
+        """Ask what to touch next if a press begins, or if the last one has ended."""
+        presses = self._capacitance.presses
+        if self._next < len(presses):
+            start_s = presses[self._next].start_s
+            if time_s >= start_s - _ASKED_BEFORE_S:
+                self._take(start_s)
+        elif time_s >= presses[-1].stop_s + _RESTS_S:
+            self._take(time_s + _ASKED_BEFORE_S)
+
+    def _take(self, start_s: float) -> None:
+        """Let the press that begins at this time be on the wanted object, if there is one."""
+        wanted = self._wanted() if self._wanted is not None else None
+        modulus = None
+        if wanted is not None:
+            modulus = SORBOTHANE_MPA.get(wanted.name, wanted.modulus_MPa)
+        number = self._next
+        presses = self._capacitance.presses
+        if wanted is None or modulus is None:
+            self._next += number < len(presses)
+            return
+        if number < len(presses) and presses[number].name == wanted.name:
+            self._next += 1
+            return
+        [press] = Hand().touches(PROBE.ratio(modulus), 1, self._random).presses
+        press = replace(press, start_s=start_s, name=wanted.name)
+        self._capacitance.presses = [*presses[:number], press, *presses[number + 1 :]]
+        [truth] = _truths_of([press], self._idle_s)
+        self.truths[:] = [*self.truths[:number], truth, *self.truths[number + 1 :]]
+        self._next += 1
+
+
 def _truths(scenario: Scenario, idle_s: float) -> list[Truth]:
     """Return the presses of a scenario on objects with one ratio."""
+    return _truths_of(scenario.presses, idle_s)
+
+
+def _truths_of(presses: Sequence[Press], idle_s: float) -> list[Truth]:
+    """Return the presses on objects with one ratio."""
     truths = []
-    for press in scenario.presses:
+    for press in presses:
         _, ratio = press.ratios[0]
         if all(other == ratio for _, other in press.ratios):
-            truths.append(Truth(idle_s + press.start_s, ratio, _NAMES.get(ratio, "")))
+            name = press.name or _NAMES.get(ratio, "")
+            truths.append(Truth(idle_s + press.start_s, ratio, name))
     return truths
 
 

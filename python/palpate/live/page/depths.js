@@ -5,9 +5,10 @@ import { $ } from "./dom.js";
 export const DEPTHS = ["measure", "explain", "lab", "start"];
 
 export class Depths {
-  // changed(depth): another depth is shown
-  constructor(changed) {
+  // changed(depth): another depth is shown; ofFile: what a recording opens
+  constructor(changed, ofFile = "lab") {
     this.changed = changed;
+    this.ofFile = ofFile;
     this.usual = "measure";
     for (const button of document.querySelectorAll("button[data-depth]")) {
       button.onclick = () => this.show(button.dataset.depth);
@@ -19,7 +20,7 @@ export class Depths {
   // What opens without a choice: a recording has its finder and its charts in the Lab.
   update(type, { hello }) {
     if (type !== "hello") return;
-    this.usual = hello.kind === "file" ? "lab" : "measure";
+    this.usual = hello.kind === "file" ? this.ofFile : "measure";
     this.follow();
   }
 
@@ -34,12 +35,13 @@ export class Depths {
     if (depth === this.depth) return;
     this.depth = depth;
     document.body.dataset.depth = depth;
-    for (const name of DEPTHS) {
+    for (const name of DEPTHS.filter($)) {
       $(name).hidden = name !== depth;
     }
     for (const button of document.querySelectorAll("button[data-depth]")) {
       button.ariaCurrent = String(button.dataset.depth === depth);
     }
+    $("menu").hidePopover();
     scrollTo(0, 0);
     this.changed(depth);
   }

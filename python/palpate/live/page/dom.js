@@ -24,19 +24,27 @@ export function make(tag, properties = {}, ...children) {
 // Makes these elements the children of a place. Those that stay, in the same order, are not touched, so that the focus stays.
 export function arrange(place, children) {
   const stay = new Set(children);
-  for (const old of [...place.children]) if (!stay.has(old)) old.remove();
-  children.forEach((child, i) => place.children[i] === child || place.insertBefore(child, place.children[i] ?? null));
+  for (const old of [...place.children]) {
+    if (!stay.has(old)) old.remove();
+  }
+  children.forEach((child, i) => {
+    if (place.children[i] !== child) place.insertBefore(child, place.children[i] ?? null);
+  });
 }
 
 // Opens a dialog; what is done when it is closed with a value is set by `onclose`.
 export function ask(dialog, done = () => {}) {
   dialog.returnValue = "";
-  dialog.onclose = () => dialog.returnValue && done(dialog.returnValue);
+  dialog.onclose = () => {
+    if (dialog.returnValue) done(dialog.returnValue);
+  };
   dialog.showModal();
 }
 
 // A number whose point stands under the point above it: its fraction is as wide as the longest of its column.
 export function aligned(text, longest) {
-  const [whole, part] = String(text).split("."), width = longest ? longest + 0.45 : 0;
-  return make("span", { className: "pt" }, whole, make("i", { textContent: part === undefined ? "" : `.${part}`, style: `min-width: ${width}ch` }));
+  const [whole, part] = String(text).split(".");
+  const width = longest ? longest + 0.45 : 0;
+  const fraction = make("i", { textContent: part === undefined ? "" : `.${part}`, style: `min-width: ${width}ch` });
+  return make("span", { className: "pt" }, whole, fraction);
 }

@@ -58,6 +58,11 @@ export function modulusOf(modulus) {
   return { value, interval: unit ? `${interval} ${unit}` : text, unit, more, shore };
 }
 
+// Low and high end of an interval of `modulusOf`, the unit at the high one.
+export function endsOf(interval) {
+  return interval.split(" to ");
+}
+
 // With its sign, and a true minus.
 export function signed(value, decimals) {
   const text = Math.abs(value).toFixed(decimals);
@@ -79,4 +84,15 @@ export function grouped(count) {
 // Digits behind the point, the point not counted.
 export function places(text) {
   return (String(text).split(".")[1] ?? "").length;
+}
+
+const SCATTERS = {
+  assumed: "the scatter from touch to touch is assumed until touches are repeated or calibrated",
+  session: "the scatter from touch to touch is that of the repeated touches",
+  calibration: "the scatter from touch to touch is that of the calibration",
+};
+
+// Where the scatter in an uncertainty comes from.
+export function scatterWords(source) {
+  return SCATTERS[source] ?? "";
 }

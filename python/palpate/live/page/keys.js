@@ -57,7 +57,7 @@ function keysOf(actions, chart, more) {
     ["T", "t", "Tare: measure the baseline", press("tare")],
     ["M", "m", "Mark this moment; its text may come later", press("mark")],
     ["R", "r", "Record, or end the recording", press("record")],
-    ["D", "d", "Leave the touch out, or take it back", press("leave")],
+    ["D", "d", "Leave the shown touch out, or take it back", press("discard")],
     ["N", "n", "Next specimen; in a file the next touch found", actions.next],
     ["Enter PageDown", "enter", "Next, as a foot switch says it; in Measure", actions.next],
     [null, "pagedown", null, actions.next],

@@ -7,14 +7,21 @@ import { Connection } from "./connection.js";
 import { Depths } from "./depths.js";
 import { Device } from "./device.js";
 import { $, put } from "./dom.js";
-import { Found } from "./found.js";
 import { Marks } from "./marks.js";
+import { Instrument } from "./measure/instrument.js";
+import { TouchedObject } from "./measure/object.js";
+import { Pills } from "./measure/pills.js";
+import { Scale } from "./measure/scale.js";
+import { Strip } from "./measure/strip.js";
 import { Signals } from "./preferences.js";
 import { Record } from "./record.js";
-import { Plan, Session } from "./session.js";
+import { Session } from "./session.js";
 import { Shell } from "./shell.js";
+import { SpecimenList } from "./specimen_list.js";
+import { Start } from "./start.js";
 import { Store } from "./store.js";
 import { merged } from "./table.js";
+import { TouchFinder } from "./touch_finder.js";
 import { Verification } from "./verification.js";
 
 const SILENT = ["view", "cut", "compare", "read list", "settings"]; // asked for by the charts, not by a person
@@ -26,6 +33,7 @@ const connection = new Connection({
   frame: (buffer) => {
     store.take(buffer);
     charts.frame();
+    strip.later();
   },
   text: receive,
 });
@@ -35,15 +43,22 @@ const shell = new Shell(store, {
 });
 const { known, line, charts } = shell;
 const answer = (text, bad) => line.answer(text, bad);
-const found = new Found(shell, send, answer);
+const found = new TouchFinder(shell, send, answer);
 const compare = new Compare(send, answer);
 const marks = new Marks(known, send);
 const session = new Session(known, send);
-const plan = new Plan(known, send);
-const depths = new Depths(() => charts.show());
+const list = new SpecimenList(known, send);
+const strip = new Strip(store);
+const depths = new Depths(showDepth);
 charts.fitplot = new FitPlot($("fitplot"), charts);
 shell.parts.unshift(depths, found, compare);
 shell.parts.push(
+  new Instrument(),
+  new Scale(),
+  new TouchedObject(known, send),
+  new Pills(send),
+  strip,
+  new Start(),
   session,
   marks,
   new Device(send),
@@ -66,14 +81,14 @@ function showDone(message) {
   if (message.do === "tare anyway") known.forced = false;
   if (!SILENT.includes(message.do)) answer(message.message);
   if (message.do === "mark") marks.open(message.id, "");
-  if (message.do === "cut") charts.cursors.tell(message.message);
+  if (message.do === "cut") charts.cursors.showAnswer(message.message);
   if (message.do === "compare") showComparison(message);
-  if (message.do === "plan") plan.answered(message.message, true);
-  if (message.do === "read list" && message.lines) plan.read(message.lines);
+  if (message.do === "plan") list.answered(message.message, true);
+  if (message.do === "read list" && message.lines) list.read(message.lines);
 }
 
 function showRefused(message) {
-  if (!plan.answered(message.message)) answer(message.message, true);
+  if (!list.answered(message.message)) answer(message.message, true);
   known.forced = message.message.startsWith("tare:");
   enable("state");
 }
@@ -83,8 +98,13 @@ function showComparison(message) {
   compare.show(message);
 }
 
+function showDepth() {
+  shell.update("depth");
+  charts.show();
+}
+
 function send(message) {
-  const sent = connection.say(message);
+  const sent = connection.send(message);
   if (!sent && !SILENT.includes(message.do)) answer("Not connected: the command was not sent.", true);
   return sent;
 }
@@ -92,6 +112,7 @@ function send(message) {
 function next() {
   if (compare.open) compare.next();
   else if (known.found) found.step(1);
+  else if (!$("again").hidden && !known.finished) $("again").click();
   else session.next();
 }
 
@@ -126,9 +147,8 @@ function enable(type) {
     mark: file,
     pause: file,
     record: file,
-    discard: file || demo,
-    calibrate: file || demo,
-    openplan: demo,
+    discard: file,
+    calibrate: file,
     simulated: !simulation,
     progress: !state.progress,
   };

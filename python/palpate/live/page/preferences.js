@@ -14,7 +14,8 @@ export function storage() {
 
 // Keeps the settings of the dialog in a memory. changed(): shows the page again.
 export function remember(changed, memory = storage()) {
-  const form = $("settings").firstElementChild, system = matchMedia("(prefers-color-scheme: dark)");
+  const form = $("settings").firstElementChild;
+  const system = matchMedia("(prefers-color-scheme: dark)");
   const apply = () => {
     Object.assign(settings, Object.fromEntries(new FormData(form)));
     const dark = settings.theme === "system" ? system.matches : settings.theme === "dark";
@@ -35,14 +36,18 @@ export function remember(changed, memory = storage()) {
 
 // A tone and a flash at the end of a touch, for eyes that are on the specimen.
 const TONES = { good: [880, 1320], caution: [440, 330], fault: [220, 220, 220] }; // Hz, one after another
-const LENGTH_S = 0.12, LOUD = 0.15;
+const LENGTH_S = 0.12;
+const LOUD = 0.15;
 
 export class Signals {
   constructor() {
     // A browser lets a page sound only after the user has touched it.
-    const wake = () => settings.signals === "on" && (this.audio ??= new AudioContext()).resume();
-    for (const event of ["pointerdown", "keydown"]) document.addEventListener(event, wake);
-    for (const input of document.querySelectorAll("[name=signals]")) input.onchange = () => settings.signals === "on" && this.give("good");
+    for (const event of ["pointerdown", "keydown"]) {
+      document.addEventListener(event, () => this.wake());
+    }
+    for (const input of document.querySelectorAll("[name=signals]")) {
+      input.onchange = () => this.give("good");
+    }
   }
 
   update(type, { state }) {
@@ -50,18 +55,28 @@ export class Signals {
     if (type !== "state" || tone === this.tone) return;
     const first = this.tone === undefined;
     this.tone = tone;
-    if (settings.signals === "on" && !first && TONES[tone]) this.give(tone);
+    if (!first && TONES[tone]) this.give(tone);
+  }
+
+  wake() {
+    if (settings.signals !== "on") return;
+    this.audio ??= new AudioContext();
+    this.audio.resume();
   }
 
   give(tone) {
+    if (settings.signals !== "on") return;
     const calm = matchMedia("(prefers-reduced-motion: reduce)").matches; // at the edge: the word is read meanwhile
-    $("state").animate({ outline: ["8px solid var(--ink)", "0 solid"], outlineOffset: "-8px", easing: "steps(2, jump-none)" }, { duration: calm ? 700 : 280, iterations: calm ? 1 : 2 });
+    const place = document.body.dataset.depth === "measure" ? $("instrument") : $("state");
+    const flash = { outline: ["8px solid var(--ink)", "0 solid"], outlineOffset: "-8px", easing: "steps(2, jump-none)" };
+    place.animate(flash, { duration: calm ? 700 : 280, iterations: calm ? 1 : 2 });
     if (this.audio?.state !== "running") return;
     TONES[tone].forEach((hz, i) => this.sound(hz, this.audio.currentTime + i * LENGTH_S * 1.2));
   }
 
   sound(hz, from) {
-    const tone = this.audio.createOscillator(), volume = this.audio.createGain();
+    const tone = this.audio.createOscillator();
+    const volume = this.audio.createGain();
     tone.frequency.value = hz;
     volume.gain.setValueAtTime(LOUD, from);
     volume.gain.exponentialRampToValueAtTime(0.001, from + LENGTH_S);

@@ -2,6 +2,7 @@
 
 import { Charts } from "./charts/charts.js";
 import { $ } from "./dom.js";
+import { Explain } from "./explain.js";
 import { Instruction } from "./instruction.js";
 import { listen } from "./keys.js";
 import { remember } from "./preferences.js";
@@ -15,6 +16,7 @@ const NOTHING = {
   calibration: {},
   device: {},
   chosen: null,
+  finished: null,
   looking: null,
 };
 const SHOWN_AGAIN = ["hello", "touches", "session", "calibration"];
@@ -27,7 +29,7 @@ export class Shell {
     this.line = new StatusLine();
     this.charts = new Charts(store, this.known, send, (kind) => this.update(kind));
     const table = new Table(this.known, send, (touch) => this.charts.choose(touch));
-    this.parts = [this.line, new Instruction(), table];
+    this.parts = [this.line, new Instruction(), table, new Explain(this.charts)];
     const key = (name) => this.charts.key(name);
     remember(() => this.refresh(), memory);
     listen({ close: () => this.close(), ...actions }, key, more);

@@ -2,23 +2,50 @@
 // thousands of rows only those in sight are in the document.
 
 import { $, aligned, arrange, make, put } from "./dom.js";
-import { clock, inUnit, modulusOf, places, plusMinus, settings, shoreA, signed } from "./formatting.js";
-import { running, truthOf } from "./instruction.js";
+import {
+  clock,
+  inUnit,
+  modulusOf,
+  number,
+  places,
+  plusMinus,
+  scatterWords,
+  settings,
+  shoreA,
+  signed,
+} from "./formatting.js";
+import { running, truthOf } from "./reading.js";
 
 const AFTER_S = 2; // a mark so long after a touch is shown beside it
 const SPARE = 1000; // px above and below what is in sight
-const STEPS = { ArrowDown: 1, ArrowUp: -1, PageDown: 10, PageUp: -10, Home: -Infinity, End: Infinity };
+const STEPS = {
+  ArrowDown: 1,
+  ArrowUp: -1,
+  PageDown: 10,
+  PageUp: -10,
+  Home: -Infinity,
+  End: Infinity,
+};
 
 export class Table {
   live = make("tr", { className: "live", hidden: true });
 
-  // say(message): undefined, if nothing can be changed; choose(number of a touch)
-  constructor(known, say, choose) {
-    Object.assign(this, { known, say, choose, made: new Map(), heights: new Map(), rows: [] });
+  // send(message): undefined, if nothing can be changed; choose(number of a touch)
+  constructor(known, send, choose) {
+    Object.assign(this, { known, send, choose });
+    this.made = new Map(); // touch -> its row
+    this.heights = new Map(); // touch -> height of its row, px
+    this.rows = [];
     $("rows").addEventListener("click", (event) => this.click(event));
     $("rows").addEventListener("keydown", (event) => this.step(event));
     document.addEventListener("scroll", () => this.draw(), { capture: true, passive: true });
-    addEventListener("resize", () => this.draw(this.heights.clear()));
+    $("rows")
+      .closest(".scroll")
+      .addEventListener("scrollend", () => this.align());
+    addEventListener("resize", () => {
+      this.heights.clear();
+      this.draw();
+    });
     addEventListener("beforeprint", () => this.draw(true));
   }
 
@@ -29,43 +56,99 @@ export class Table {
   }
 
   show() {
-    const { touches, found } = this.known, { together } = touches;
-    if (this.of !== (found ?? touches)) Object.assign(this, { of: found ?? touches, rows: found ?? touches.rows.toReversed(), widest: widest(touches.rows) });
-    const heads = this.known.hello.simulation?.demo ? ["True ratio", "Away"] : ["From mean, %", settings.unit];
-    heads.forEach((head, i) => put($("touches").querySelectorAll("th")[4 + i], head));
-    $("touches").classList.toggle("unnamed", !this.known.session.specimens.length && !touches.rows.some(({ specimen }) => specimen));
+    const { touches, found, hello, session } = this.known;
+    if (this.of !== (found ?? touches)) {
+      this.of = found ?? touches;
+      this.rows = found ?? touches.rows.toReversed();
+      this.widest = widest(touches.rows);
+    }
+    const demo = Boolean(hello.simulation?.demo);
+    const heads = demo ? ["True ratio", "Away"] : ["% from specimen's mean", settings.unit];
+    const places = $("touches").querySelectorAll("th");
+    heads.forEach((head, i) => put(places[4 + i], head));
+    const named = session.specimens.length || touches.rows.some(({ specimen }) => specimen);
+    const compared = touches.rows.some(({ deviation }) => Number.isFinite(deviation));
+    $("touches").classList.toggle("unnamed", !named);
+    $("touches").classList.toggle("single", !demo && !compared);
+    $("touches").classList.toggle("uncalibrated", !demo && !hello.calibrated);
     this.draw();
-    put("together", together ? together.text + (together.modulus ? `; if all are on one object (95 % interval): ${inUnit(together.modulus.text)}` : "") : "");
+    this.showTogether(touches.together);
+    this.showRunning();
+  }
+
+  // Whether the touches agree, and their modulus if they do.
+  showTogether(together) {
+    const modulus = together?.modulus
+      ? `; if all are on one object (95 % interval): ${inUnit(together.modulus.text)}`
+      : "";
+    put("together", together ? together.text + modulus : "");
     $("together").hidden = !together;
     $("together").dataset.agree = together?.agree === false ? "no" : "yes";
-    this.showRunning();
   }
 
   // Draws the rows in sight, the one that has the focus and the chosen one; a gap stands for the rows between them.
   draw(all = false, also = null) {
-    const place = $("rows"), { chosen, found } = this.known, focused = numberOf(document.activeElement), { top: first } = place.getBoundingClientRect(), box = place.closest(".scroll").getBoundingClientRect();
-    const top = Math.max(box.top, 0) - first, bottom = Math.min(box.bottom, innerHeight) - first; // what is in sight, px below the first row
-    const most = this.heights.size ? [...this.heights.values()].reduce((sum, px) => sum + px) / this.heights.size : 24, rows = [], shown = [this.live];
-    let y = this.live.offsetHeight, gap = 0;
-    const close = () => gap && shown.push(make("tr", { className: "gap", ariaHidden: "true", style: `height: ${gap}px` }, make("td")));
-    this.rows.forEach((one, at) => {
-      const high = this.heights.get(one.number) ?? most, near = y + high > top - SPARE && y < bottom + SPARE;
+    const place = $("rows");
+    const focused = numberOf(document.activeElement);
+    const always = [focused, this.known.chosen, also];
+    const { top, bottom } = this.sight();
+    const usual = this.usualHeight();
+    const rows = [];
+    const shown = [this.live];
+    let y = this.live.offsetHeight;
+    let gap = 0;
+    for (const [at, one] of this.rows.entries()) {
+      const high = this.heights.get(one.number) ?? usual;
+      const near = y + high > top - SPARE && y < bottom + SPARE;
       y += high;
-      if (!all && !near && ![focused, chosen, also].includes(one.number)) return void (gap += high);
-      close();
+      if (!all && !near && !always.includes(one.number)) {
+        gap += high;
+        continue;
+      }
+      if (gap) shown.push(gapRow(gap));
       gap = 0;
-      const row = this.same(one, one.number === chosen);
+      const row = this.same(one, one.number === this.known.chosen);
       row.ariaRowIndex = at + 2;
       rows.push(row);
       shown.push(row);
-    });
-    close();
-    if (!rows.length) shown.push(make("tr", {}, make("td", { colSpan: 8, className: "empty", textContent: found ? "No touch is found." : "No touch yet." })));
+    }
+    if (gap) shown.push(gapRow(gap));
+    if (!rows.length) shown.push(emptyRow(this.known.found));
     place.closest("table").ariaRowCount = this.rows.length + 1;
     this.made = new Map(rows.map((row) => [row.dataset.touch, row]));
     arrange(place, shown);
     for (const row of rows) this.heights.set(Number(row.dataset.touch), row.offsetHeight);
     if (focused && numberOf(document.activeElement) !== focused) this.focus(focused, true);
+    this.coverHalfRow();
+  }
+
+  // What is in sight, px below the first row.
+  sight() {
+    const { top: first } = $("rows").getBoundingClientRect();
+    const box = $("rows").closest(".scroll").getBoundingClientRect();
+    return {
+      top: Math.max(box.top, 0) - first,
+      bottom: Math.min(box.bottom, innerHeight) - first,
+    };
+  }
+
+  usualHeight() {
+    if (!this.heights.size) return 24;
+    const sum = [...this.heights.values()].reduce((all, px) => all + px);
+    return sum / this.heights.size;
+  }
+
+  // A row that the lower edge would cut is covered: the table shows whole rows.
+  coverHalfRow() {
+    const scroll = $("rows").closest(".scroll");
+    const edge = scroll.getBoundingClientRect().top + scroll.clientTop + scroll.clientHeight;
+    let cut = 0;
+    for (const row of this.made.values()) {
+      const { top, bottom } = row.getBoundingClientRect();
+      if (top < edge && bottom > edge + 1) cut = edge - top;
+    }
+    if (cut > scroll.clientHeight / 2) cut = 0; // a row as high as the table
+    scroll.style.setProperty("--cut", `${cut}px`);
   }
 
   focus(number, preventScroll = false) {
@@ -75,12 +158,31 @@ export class Table {
   // The chosen row comes into sight where the table scrolls by itself.
   reveal() {
     const { scrollHeight, clientHeight } = $("rows").closest(".scroll");
-    if (scrollHeight > clientHeight) this.made.get(String(this.known.chosen))?.scrollIntoView({ block: "nearest" });
+    if (scrollHeight <= clientHeight) return;
+    this.made.get(String(this.known.chosen))?.scrollIntoView({ block: "nearest" });
+    this.align();
+  }
+
+  // At rest no row is cut by the upper edge: the table scrolls on to the next row.
+  align() {
+    const scroll = $("rows").closest(".scroll");
+    const head = $("touches").querySelector("thead").getBoundingClientRect();
+    const edge = Math.max(head.bottom, scroll.getBoundingClientRect().top);
+    const rest = scroll.scrollHeight - scroll.clientHeight - scroll.scrollTop;
+    for (const row of this.made.values()) {
+      const { top, bottom } = row.getBoundingClientRect();
+      if (top < edge - 1 && bottom > edge + 1 && bottom - edge <= rest) {
+        scroll.scrollBy(0, bottom - edge);
+        break;
+      }
+    }
+    this.coverHalfRow();
   }
 
   // By a key from row to row.
   step(event) {
-    const from = this.rows.findIndex((one) => one.number === numberOf(event.target)), by = STEPS[event.key];
+    const from = this.rows.findIndex((one) => one.number === numberOf(event.target));
+    const by = STEPS[event.key];
     if (!by || from < 0 || event.target.closest("select")) return;
     event.preventDefault();
     const to = this.rows[Math.max(0, Math.min(this.rows.length - 1, from + by))];
@@ -90,65 +192,133 @@ export class Table {
 
   // The row that is there, if it would be the same: of thousands of cells only the new ones are made.
   same(one, chosen) {
-    const { session, touches } = this.known, names = chosen && session.specimens.map(({ name }) => name);
-    const of = JSON.stringify([one, settings, this.widest, remarkOf(one, this.known), names, one.number === touches.most_reliable]), made = this.made.get(String(one.number));
+    const { session, touches } = this.known;
+    const names = chosen && session.specimens.map(({ name }) => name);
+    const best = one.number === touches.most_reliable;
+    const remark = remarkOf(one, this.known);
+    const of = JSON.stringify([one, settings, this.widest, remark, names, best]);
+    const made = this.made.get(String(one.number));
     return made?.of === of ? made : Object.assign(this.row(one, chosen), { of });
   }
 
   row(one, chosen) {
-    const out = one.kept === false, changes = chosen && this.say && (this.known.hello.kind !== "file" || this.known.hello.file.amendable);
-    const specimen = changes ? this.picker(one) : one.specimen ?? "", [what, textContent] = out ? ["keep", "Keep"] : ["discard", "Leave out"];
-    const buttons = changes ? [make("button", { type: "button", textContent, onclick: () => this.say({ do: what, touch: one.number }) })] : [];
+    const { hello, touches } = this.known;
+    const out = one.kept === false;
+    const changes = chosen && this.send && (hello.kind !== "file" || hello.file.amendable);
+    const specimen = changes ? this.picker(one) : (one.specimen ?? "");
+    const buttons = changes ? [this.keeper(one, out)] : [];
     const row = this.cells(one, specimen, remarkOf(one, this.known), buttons);
     row.dataset.touch = one.number;
-    row.className = [out && "out", chosen && "chosen", one.number === this.known.touches.most_reliable && "best"].filter(Boolean).join(" ");
+    row.classList.toggle("out", out);
+    row.classList.toggle("chosen", chosen);
+    row.classList.toggle("best", one.number === touches.most_reliable);
     return row;
   }
 
+  // The button that leaves a touch out, or takes it back.
+  keeper({ number }, out) {
+    const onclick = () => this.send({ do: out ? "keep" : "discard", touch: number });
+    return make("button", { type: "button", textContent: out ? "Keep" : "Leave out", onclick });
+  }
+
   cells(one, specimen, remark, more = []) {
-    const { value, interval, shore } = modulusOf(one.modulus), { ratio, modulus } = this.widest, [text, sure] = plusMinus(one.ratio, one.uncertainty);
-    const nth = make("button", { type: "button", className: "plain", textContent: one.number, ariaLabel: `Touch ${one.number}: show it` });
-    const away = one.deviation === null || one.deviation === undefined ? "–" : signed(100 * one.deviation, 1);
-    const { hello } = this.known, demo = hello.simulation?.demo, truth = demo && truthOf(hello, one)?.ratio;
-    const [mean, last] = demo ? [truth?.toFixed(2) ?? "–", truth ? `${signed(100 * (one.ratio / truth - 1), 1)} %` : "–"] : [aligned(away, 1), aligned(value, modulus)];
-    return make("tr", {},
-      make("td", {}, nth), make("td", { className: "begin", textContent: this.known.found ? clock(one.start_s - (this.known.hello.origin_s ?? 0)) : "" }), make("td", { className: "name" }, specimen),
-      make("td", { className: "num", title: one.uncertainty_from ?? "" }, aligned(text, ratio), make("span", { className: "opt", textContent: ` ${sure}` })),
+    const { interval, shore } = modulusOf(one.modulus);
+    const [text, sure] = plusMinus(one.ratio, one.uncertainty);
+    const ariaLabel = `Touch ${one.number}: show it`;
+    const nth = make("button", { type: "button", className: "plain", textContent: one.number });
+    nth.ariaLabel = ariaLabel;
+    const { hello, found } = this.known;
+    const begin = found ? clock(one.start_s - (hello.origin_s ?? 0)) : "";
+    const [mean, last] = hello.simulation?.demo ? truthCells(one, hello) : this.meanCells(one);
+    const optional = (textContent) => make("span", { className: "opt", textContent });
+    const beside = shore ? [optional(` · ${shore}`)] : [];
+    const title = scatterWords(one.uncertainty_from);
+    const words = [...more];
+    if (remark) {
+      words.push(make("div", { className: "remark", textContent: remark, title: remark }));
+    }
+    const ratio = [aligned(text, this.widest.ratio), optional(` ${sure}`)];
+    return make(
+      "tr",
+      {},
+      make("td", {}, nth),
+      make("td", { className: "begin", textContent: begin }),
+      make("td", { className: "name" }, specimen),
+      make("td", { className: "num", title }, ...ratio),
       make("td", {}, mean),
-      make("td", { className: "num" }, last, ...(shore ? [make("span", { className: "opt", textContent: ` · ${shore}` })] : [])),
-      make("td", { className: "opt", textContent: interval.replace(/ [kM]Pa$/, "") }), make("td", { className: "name" }, ...more, ...(remark ? [make("div", { className: "remark", textContent: remark, title: remark })] : [])));
+      make("td", { className: "num" }, last, ...beside),
+      make("td", { className: "opt", textContent: interval.replace(/ [kM]Pa$/, "") }),
+      make("td", { className: "name" }, ...words),
+    );
+  }
+
+  // The distance from the mean of the specimen, and the modulus.
+  meanCells({ deviation, modulus }) {
+    const away = Number.isFinite(deviation) ? signed(100 * deviation, 1) : "–";
+    return [aligned(away, 1), aligned(modulusOf(modulus).value, this.widest.modulus)];
   }
 
   showRunning() {
-    const { state, touches, session, hello } = this.known, on = running(state) && state.now?.tone !== "fault" && !this.known.offline;
+    const { state, touches, session, hello } = this.known;
+    const on = running(state) && state.now?.tone !== "fault" && !this.known.offline;
     this.live.hidden = !on;
     if (!on) return;
-    const seconds = state.now?.share && hello.seconds ? `, ${(state.now.share * hello.seconds).toFixed(1)} s` : "";
+    const share = state.now?.share;
+    const seconds = share && hello.seconds ? `, ${(share * hello.seconds).toFixed(1)} s` : "";
     const mean = session.specimens.find(({ name }) => name === state.on)?.mean;
-    const one = { ...state, number: (touches.rows.at(-1)?.number ?? 0) + 1, deviation: mean ? state.ratio / mean - 1 : null };
+    const number = (touches.rows.at(-1)?.number ?? 0) + 1;
+    const one = { ...state, number, deviation: mean ? state.ratio / mean - 1 : null };
     this.live.replaceChildren(...this.cells(one, state.on ?? "", `measuring${seconds}`).cells);
-    this.live.cells[0].textContent = one.number;
+    this.live.cells[0].textContent = number;
   }
 
-  picker(one) {
+  picker({ number, specimen }) {
     const names = ["", ...this.known.session.specimens.map(({ name }) => name)];
-    const options = names.map((name) => new Option(name || "none", name, false, name === (one.specimen ?? "")));
-    const onchange = ({ target }) => this.say({ do: "assign", touch: one.number, name: target.value });
-    return make("select", { onchange, ariaLabel: `Specimen of touch ${one.number}` }, ...options);
+    const options = names.map((name) => {
+      return new Option(name || "none", name, false, name === (specimen ?? ""));
+    });
+    const onchange = ({ target }) => {
+      this.send({ do: "assign", touch: number, name: target.value });
+    };
+    return make("select", { onchange, ariaLabel: `Specimen of touch ${number}` }, ...options);
   }
 
   click(event) {
-    const row = event.target.closest("tr"), touch = Number(row?.dataset.touch);
+    const row = event.target.closest("tr");
+    const touch = Number(row?.dataset.touch);
     if (!touch || event.target.closest("select, option, td:last-child button")) return;
     this.choose(touch === this.known.chosen ? null : touch);
   }
 }
 
+// Of a simulation: the true ratio in its own digits, and how far the estimate is from it.
+function truthCells(one, hello) {
+  const truth = truthOf(hello, one)?.ratio;
+  if (!truth) return ["–", "–"];
+  return [number(truth), `${signed(100 * (one.ratio / truth - 1), 1)} %`];
+}
+
+function gapRow(px) {
+  const style = `height: ${px}px`;
+  return make("tr", { className: "gap", ariaHidden: "true", style }, make("td"));
+}
+
+function emptyRow(found) {
+  const textContent = found ? "No touch is found." : "No touch yet.";
+  return make("tr", {}, make("td", { colSpan: 8, className: "empty", textContent }));
+}
+
 export function remarkOf(one, { events, touches, found }) {
   if (one.kept === false) return `▲ left out. ${one.why || one.advice.join(". ")}`;
-  const marks = events.marks.filter(({ t_s: t, text }) => text && t > one.start_s && t < one.end_s + AFTER_S).map(({ text }) => text);
-  const best = one.number === touches.most_reliable ? ["most reliable"] : [];
-  return [...best, ...one.advice, one.modulus?.extrapolated ? "beyond the calibration" : "", one.revised && !found ? "revised" : "", ...marks].filter(Boolean).join(". ");
+  const parts = [];
+  if (one.number === touches.most_reliable) parts.push("use this one if you need a single touch");
+  parts.push(...one.advice);
+  if (one.modulus?.extrapolated) parts.push("beyond the calibration");
+  if (one.revised && !found) parts.push("corrected by the baseline after the release");
+  for (const { t_s: t, text } of events.marks) {
+    if (text && t > one.start_s && t < one.end_s + AFTER_S) parts.push(text);
+  }
+  return parts.join(". ");
 }
 
 function numberOf(element) {
@@ -162,31 +332,60 @@ export function merged(before, { rows, count = rows.length, scatter, means = {},
   for (const one of all) {
     const mean = means[one.specimen];
     one.deviation = mean && one.ratio !== null ? one.ratio / mean - 1 : null;
-    if (scatter) Object.assign(one, { uncertainty: one.own_error === null ? null : Math.hypot(one.own_error, scatter.share * one.ratio), uncertainty_from: scatter.source });
+    if (!scatter) continue;
+    const { own_error: error, ratio } = one;
+    one.uncertainty = error === null ? null : Math.hypot(error, scatter.share * ratio);
+    one.uncertainty_from = scatter.source;
   }
   return { rows: all, ...more };
 }
 
 function widest(rows) {
   const most = (text) => Math.max(0, ...rows.map((one) => places(text(one))));
-  return { ratio: most((one) => plusMinus(one.ratio, one.uncertainty)[0]), modulus: most((one) => modulusOf(one.modulus).value) };
+  return {
+    ratio: most((one) => plusMinus(one.ratio, one.uncertainty)[0]),
+    modulus: most((one) => modulusOf(one.modulus).value),
+  };
 }
 
 // The table of touches as text: with all digits, for a spreadsheet; moduli in the unit that is set.
-const NUMBERS = ["specimen", "start_s", "end_s", "samples", "ratio", "standard_error", "uncertainty", "uncertainty_from", "covariance", "alarm_share"];
-const columns = () => [
-  ["touch", (one) => one.number], ...NUMBERS.map((name) => [name, (one) => one[name]]),
-  ...["value", "low", "high"].map((name) => [`${name === "value" ? "modulus" : name}_${settings.unit}`, ({ modulus }) => inUnit(modulus?.[`${name}_MPa`] ?? "")]),
-  ...(settings.shore === "on" ? [["shore_A", ({ modulus }) => shoreA(modulus?.value_MPa ?? null)]] : []),
-  ["deviation", (one) => one.deviation], ["kept", (one) => (one.kept === false ? "no" : "yes")], ["flags", (one) => one.flags.join(" ")],
-  ["remark", (one) => one.why || one.advice.join(". ")],
+const NUMBERS = [
+  "specimen",
+  "start_s",
+  "end_s",
+  "samples",
+  "ratio",
+  "standard_error",
+  "uncertainty",
+  "uncertainty_from",
+  "covariance",
+  "alarm_share",
 ];
+function columnsNow() {
+  const moduli = ["value", "low", "high"].map((name) => {
+    const head = `${name === "value" ? "modulus" : name}_${settings.unit}`;
+    return [head, ({ modulus }) => inUnit(modulus?.[`${name}_MPa`] ?? "")];
+  });
+  const shore = ["shore_A", ({ modulus }) => shoreA(modulus?.value_MPa ?? null)];
+  return [
+    ["touch", (one) => one.number],
+    ...NUMBERS.map((name) => [name, (one) => one[name]]),
+    ...moduli,
+    ...(settings.shore === "on" ? [shore] : []),
+    ["deviation", (one) => one.deviation],
+    ["kept", (one) => (one.kept === false ? "no" : "yes")],
+    ["flags", (one) => one.flags.join(" ")],
+    ["remark", (one) => one.why || one.advice.join(". ")],
+  ];
+}
 
 export function asText(rows, separator) {
   const cell = (value) => quoted(String(value ?? ""), separator);
-  const all = columns();
-  return [all.map(([name]) => name), ...rows.map((one) => all.map(([, of]) => of(one)))]
-    .map((line) => line.map(cell).join(separator) + "\r\n").join("");
+  const columns = columnsNow();
+  const heads = columns.map(([name]) => name);
+  const lines = rows.map((one) => columns.map(([, of]) => of(one)));
+  const texts = [heads, ...lines].map((line) => line.map(cell).join(separator));
+  return texts.map((text) => `${text}\r\n`).join("");
 }
 
 export function save(rows, name) {
@@ -198,5 +397,7 @@ export function save(rows, name) {
 // A spreadsheet would run a text that begins so as a formula.
 function quoted(text, separator) {
   const safe = /^[=+\-@\t\r]/.test(text) && Number.isNaN(Number(text)) ? `'${text}` : text;
-  return safe.includes(separator) || /["\r\n]/.test(safe) ? `"${safe.replaceAll('"', '""')}"` : safe;
+  return safe.includes(separator) || /["\r\n]/.test(safe)
+    ? `"${safe.replaceAll('"', '""')}"`
+    : safe;
 }

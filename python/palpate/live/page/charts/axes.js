@@ -15,7 +15,8 @@ export function timeStep(span, most) {
 
 // Multiples of the step in [from, to], each from its index: steps of 0.1 do not add up.
 export function ticks(from, to, step) {
-  const first = Math.ceil(from / step - 1e-9), found = [];
+  const first = Math.ceil(from / step - 1e-9);
+  const found = [];
   for (let k = first; k * step <= to + step * 1e-9; k++) found.push(k * step);
   return found;
 }
@@ -30,15 +31,29 @@ export function placesOf(step) {
   return Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
 }
 
-const ELLIPSIS = "…", SPACE = 2; // pixels between labels in a row
+const ELLIPSIS = "…";
+const SPACE = 2; // pixels between labels in a row
 
 // wanted: [{ text, width, height, places: [[x, y], ...] (left edge, middle; the best first) }], the most important first.
 // Returns those that have room, each with x, y.
 export function placed(wanted, { left, right, top, bottom }) {
-  const found = [], taken = [];
+  const found = [];
+  const taken = [];
   for (const label of wanted) {
-    const boxes = label.places.map(([x, y]) => ({ x, y: y - label.height / 2, width: label.width, height: label.height }));
-    const box = boxes.find((one) => one.x >= left && one.x + one.width <= right && one.y >= top && one.y + one.height <= bottom && !taken.some((other) => meet(one, other)));
+    const boxes = label.places.map(([x, y]) => ({
+      x,
+      y: y - label.height / 2,
+      width: label.width,
+      height: label.height,
+    }));
+    const box = boxes.find(
+      (one) =>
+        one.x >= left &&
+        one.x + one.width <= right &&
+        one.y >= top &&
+        one.y + one.height <= bottom &&
+        !taken.some((other) => meet(one, other)),
+    );
     if (!box) continue;
     taken.push(box);
     found.push({ ...label, x: box.x, y: box.y + label.height / 2 });
@@ -47,7 +62,12 @@ export function placed(wanted, { left, right, top, bottom }) {
 }
 
 function meet(a, b) {
-  return a.x < b.x + b.width + SPACE && b.x < a.x + a.width + SPACE && a.y < b.y + b.height && b.y < a.y + a.height;
+  return (
+    a.x < b.x + b.width + SPACE &&
+    b.x < a.x + a.width + SPACE &&
+    a.y < b.y + b.height &&
+    b.y < a.y + a.height
+  );
 }
 
 // The longest begin of a text that is no wider than `most`.
@@ -63,7 +83,8 @@ export function wrapped(text, most, lines, measure) {
   const found = [""];
   for (const word of text.split(" ")) {
     const longer = found.at(-1) ? `${found.at(-1)} ${word}` : word;
-    if (measure(longer) <= most || !found.at(-1) || found.length === lines) found[found.length - 1] = longer;
+    if (measure(longer) <= most || !found.at(-1) || found.length === lines)
+      found[found.length - 1] = longer;
     else found.push(word);
   }
   return found.map((one) => shortened(one, most, measure));

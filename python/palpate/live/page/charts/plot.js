@@ -9,22 +9,31 @@ const CHUNK = 32; // points in a path: Chromium without a graphics card takes 8 
 
 // Rows of [from, to], and the one before and after.
 export function span(block, from, to) {
-  return [Math.max(block.first, indexOf(block, from) - 1), Math.min(block.end, indexOf(block, to) + 1)];
+  return [
+    Math.max(block.first, indexOf(block, from) - 1),
+    Math.min(block.end, indexOf(block, to) + 1),
+  ];
 }
 
 // Draws a column of a block in [first, end), in the colour of its name. x, y: functions from s and pF to pixels. Returns the number
 // of points, which the width in pixels bounds. Many rows are drawn as bars, which is fast everywhere.
-export function trace(sheet, name, block, rows, x, y) {
-  const { t } = block, [first, end] = rows, dense = end - first > x(t[end - 1]) - x(t[first]); // rows, pixels
-  return dense ? bars(sheet, name, block, block[name], rows, x, y) : curve(sheet, name, block, block[name], rows, x, y);
+export function trace(canvas, name, block, rows, x, y) {
+  const { t } = block;
+  const [first, end] = rows;
+  const dense = end - first > x(t[end - 1]) - x(t[first]); // rows, pixels
+  return dense
+    ? bars(canvas, name, block, block[name], rows, x, y)
+    : curve(canvas, name, block, block[name], rows, x, y);
 }
 
 // Whether a line goes from row j to row k: also over samples without a value, if that is short.
 const joins = ({ t, bin }, j, k) => t[k] - t[j] <= Math.max(GAP_S, 2 * bin);
 
-function curve(sheet, colour, block, values, [first, end], x, y) {
+function curve(canvas, colour, block, values, [first, end], x, y) {
   const { t } = block;
-  let path = new Path2D(), points = 0, last = -1;
+  let path = new Path2D();
+  let points = 0;
+  let last = -1;
   for (let k = first; k < end; k++) {
     if (values[k] !== values[k]) continue; // NaN
     const [px, py] = [x(t[k]), y(values[k])];
@@ -32,30 +41,37 @@ function curve(sheet, colour, block, values, [first, end], x, y) {
     else path.rect(px - 0.4, py - 0.4, 0.8, 0.8); // seen also if it stands alone
     last = k;
     if (++points % CHUNK) continue;
-    sheet.stroke(colour, path);
+    canvas.stroke(colour, path);
     path = new Path2D();
     path.moveTo(px, py);
   }
-  sheet.stroke(colour, path);
+  canvas.stroke(colour, path);
   return points;
 }
 
 // For each pixel a bar from the lowest to the highest value; it begins where the one before it ended. under: from zero.
-export function bars(sheet, colour, block, values, [first, end], x, y, under = false) {
-  const { t } = block, { context } = sheet;
-  let points = 0, column = NaN, low = 0, high = 0, last = -1;
+export function bars(canvas, colour, block, values, [first, end], x, y, under = false) {
+  const { t } = block;
+  const { context } = canvas;
+  let points = 0;
+  let column = NaN;
+  let low = 0;
+  let high = 0;
+  let last = -1;
   const draw = (width) => {
-    const top = y(high), height = under ? y(0) - top : Math.max(THICK, y(low) - top);
+    const top = y(high);
+    const height = under ? y(0) - top : Math.max(THICK, y(low) - top);
     context.fillRect(column, top - (height === THICK ? THICK / 2 : 0), width, height);
     points++;
   };
-  context.fillStyle = sheet.colour(colour);
+  context.fillStyle = canvas.colour(colour);
   for (let k = first; k < end; k++) {
     const value = values[k];
     if (value !== value) continue;
     const here = Math.floor(x(t[k]));
     if (here !== column) {
-      const joined = last >= 0 && joins(block, last, k), from = joined ? values[last] : value;
+      const joined = last >= 0 && joins(block, last, k);
+      const from = joined ? values[last] : value;
       if (last >= 0) draw(joined ? here - column : 1);
       [column, low, high] = [here, Math.min(from, value), Math.max(from, value)];
     } else if (value < low) low = value;

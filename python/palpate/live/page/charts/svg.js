@@ -2,7 +2,7 @@
 
 import { make } from "../dom.js";
 import { Hover } from "./readout.js";
-import { inside, observed } from "./sheet.js";
+import { inside, observed } from "./canvas.js";
 
 const ruler_ = document.createElement("canvas").getContext("2d");
 
@@ -14,10 +14,14 @@ const path = (points) => `M${points.map(([x, y]) => `${x.toFixed(1)} ${y.toFixed
 
 // What is drawn has a colour of the theme, by its name.
 export const line = (points, colour, width = 2.2) =>
-  points.length > 1 ? `<path d="${path(points)}" fill="none" stroke="var(--${colour})" stroke-width="${width}" stroke-linejoin="round"/>` : "";
+  points.length > 1
+    ? `<path d="${path(points)}" fill="none" stroke="var(--${colour})" stroke-width="${width}" stroke-linejoin="round"/>`
+    : "";
 
 export const area = (upper, lower, colour) =>
-  upper.length > 1 ? `<path d="${path([...upper, ...lower.toReversed()])}Z" fill="var(--${colour})"/>` : "";
+  upper.length > 1
+    ? `<path d="${path([...upper, ...lower.toReversed()])}Z" fill="var(--${colour})"/>`
+    : "";
 
 export const label = (x, y, text, name = "", anchor = "start") =>
   `<text x="${x.toFixed(1)}" y="${y.toFixed(1)}" class="${name}" text-anchor="${anchor}">${escaped(text)}</text>`;
@@ -34,7 +38,9 @@ export const clipped = (x, y, width, height, inner) =>
 
 // The newest one stands out.
 export function dot(x, y, radius, newest, colour, title = "") {
-  const look = newest ? `fill="var(--ratio)" stroke="var(--card)" stroke-width="1.5"` : `fill="var(--${colour})"`;
+  const look = newest
+    ? `fill="var(--ratio)" stroke="var(--card)" stroke-width="1.5"`
+    : `fill="var(--${colour})"`;
   return `<circle cx="${x.toFixed(1)}" cy="${y.toFixed(1)}" r="${radius.toFixed(1)}" ${look}><title>${escaped(title)}</title></circle>`;
 }
 

@@ -1,8 +1,10 @@
 // The window of time that is shown: the newest seconds, or a fixed part of the measurement that is looked back at.
 
-const LIVE_S = 30, LEAST_S = 0.01, AROUND_S = 36;
+const LIVE_S = 30;
+const LEAST_S = 0.01;
+const AROUND_S = 36;
 
-export class Looking {
+export class Viewport {
   // changed(): the window is another one.
   constructor(changed) {
     this.changed = changed;
@@ -22,12 +24,15 @@ export class Looking {
   }
 
   get to() {
-    return this.fixed ? this.fixed[1] : Math.max(this.end, this.begin + (this.file ? LEAST_S : Math.min(this.span, LIVE_S)));
+    return this.fixed
+      ? this.fixed[1]
+      : Math.max(this.end, this.begin + (this.file ? LEAST_S : Math.min(this.span, LIVE_S)));
   }
 
   // Shows [from, to], moved into the measurement.
   show(from, to) {
-    const most = Math.max(this.end - this.begin, LEAST_S), span = Math.min(most, Math.max(LEAST_S, to - from));
+    const most = Math.max(this.end - this.begin, LEAST_S);
+    const span = Math.min(most, Math.max(LEAST_S, to - from));
     const first = Math.max(this.begin, Math.min(this.end - span, from + (to - from - span) / 2));
     this.fixed = [first, first + span];
     this.changed();
@@ -39,13 +44,15 @@ export class Looking {
 
   // Makes the window `factor` times as long; the moment `at` stays where it is.
   zoom(factor, at) {
-    const [from, to] = [this.from, this.to], k = Math.max(factor, LEAST_S / (to - from));
+    const [from, to] = [this.from, this.to];
+    const k = Math.max(factor, LEAST_S / (to - from));
     this.show(at - (at - from) * k, at + (to - at) * k);
   }
 
   // Shows a touch with what is around it, as near as the window was, or nearer.
   around({ start_s, end_s }) {
-    const half = Math.min(this.to - this.from, Math.max(AROUND_S, 3 * (end_s - start_s))) / 2, middle = (start_s + end_s) / 2;
+    const half = Math.min(this.to - this.from, Math.max(AROUND_S, 3 * (end_s - start_s))) / 2;
+    const middle = (start_s + end_s) / 2;
     this.show(middle - half, middle + half);
   }
 

@@ -5,7 +5,9 @@ import { make } from "../dom.js";
 // Keeps the width and height of an element as `size` of its chart, since to ask for them would lay out the whole page; and calls.
 export function observed(place, chart, call) {
   chart.size = [0, 0];
-  new ResizeObserver(() => call((chart.size = [place.clientWidth, place.clientHeight]))).observe(place);
+  new ResizeObserver(() => call((chart.size = [place.clientWidth, place.clientHeight]))).observe(
+    place,
+  );
 }
 
 // Where in an element a pointer is.
@@ -19,29 +21,32 @@ export function unit() {
   return parseFloat(getComputedStyle(document.documentElement).fontSize) / 15;
 }
 
-export class Sheet {
+export class Canvas {
   constructor(place, resized) {
-    this.canvas = make("canvas", { role: "img" });
-    this.context = this.canvas.getContext("2d");
+    this.element = make("canvas", { role: "img" });
+    this.context = this.element.getContext("2d");
     this.place = place;
-    place.append(this.canvas);
+    place.append(this.element);
     observed(place, this, resized);
   }
 
   colour(name) {
-    if (!this.colours.has(name)) this.colours.set(name, getComputedStyle(this.place).getPropertyValue(`--${name}`).trim());
+    if (!this.colours.has(name))
+      this.colours.set(name, getComputedStyle(this.place).getPropertyValue(`--${name}`).trim());
     return this.colours.get(name);
   }
 
-  // Empties the sheet, for colours and sizes as the theme has them now; false if it has no room.
+  // Empties the canvas, for colours and sizes as the theme has them now; false if it has no room.
   begin() {
-    const [width, height] = this.size, dpr = devicePixelRatio;
+    const [width, height] = this.size;
+    const dpr = devicePixelRatio;
     if (width < 40 || height < 20) return false;
     this.colours = new Map();
     this.unit = unit();
     this.font = `${Math.round(12 * this.unit)}px system-ui, sans-serif`;
     const [w, h] = [Math.round(width * dpr), Math.round(height * dpr)];
-    if (this.canvas.width !== w || this.canvas.height !== h) Object.assign(this.canvas, { width: w, height: h });
+    if (this.element.width !== w || this.element.height !== h)
+      Object.assign(this.element, { width: w, height: h });
     Object.assign(this, { width, height });
     this.context.setTransform(dpr, 0, 0, dpr, 0, 0);
     this.context.clearRect(0, 0, width, height);
@@ -51,7 +56,7 @@ export class Sheet {
   }
 
   set name(text) {
-    if (this.canvas.ariaLabel !== text) this.canvas.ariaLabel = text;
+    if (this.element.ariaLabel !== text) this.element.ariaLabel = text;
   }
 
   fill(name, x, y, width, height, opacity = 1) {
@@ -76,7 +81,8 @@ export class Sheet {
 
   // Hatched, as a gap is.
   hatch(x, y, width, height) {
-    const path = new Path2D(), first = Math.floor((x - height) / 7) * 7; // lines stand still while the gap moves by whole steps
+    const path = new Path2D();
+    const first = Math.floor((x - height) / 7) * 7; // lines stand still while the gap moves by whole steps
     for (let k = first; k < x + width; k += 7) {
       path.moveTo(k, y + height);
       path.lineTo(k + height, y);
@@ -98,7 +104,15 @@ export class Sheet {
   // Text, its left edge (or as `align` says) at x, its middle at y. back: it covers what is behind it.
   text(text, x, y, { colour = "quiet", bold = false, align = "left", back = false } = {}) {
     const { context } = this;
-    if (back) this.fill("card", x - 1, y - 7 * this.unit, this.measure(text, bold) + 2, 14 * this.unit, 0.72);
+    if (back)
+      this.fill(
+        "card",
+        x - 1,
+        y - 7 * this.unit,
+        this.measure(text, bold) + 2,
+        14 * this.unit,
+        0.72,
+      );
     context.font = bold ? `600 ${this.font}` : this.font;
     context.textAlign = align;
     context.textBaseline = "middle";
