@@ -4,6 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 from shutil import copy
 
+import page_looks
 import palpate
 import pytest
 from command_lines import run
@@ -71,6 +72,7 @@ def test_what_cannot_be_compared_says_why(three: list[Path], tmp_path: Path) -> 
     unnamed = compared([named(tmp_path / name, *[None] * 4) for name in ("x.csv", "y.csv")], None)
     # by the names of the files
     assert (unnamed.of, [one.name for one in unnamed.specimens]) == (0, ["x", "y"])
+    assert compared(three, None).same is None  # specimens are in several of them
     for files in (three * 2, three[:1] * 2, [three[0], "sim:tremor"]):
         assert "allowed: 4 recordings at most, each once" in run("live", *files).stderr
 
@@ -96,3 +98,23 @@ def test_the_page_answers_first_and_goes_to_what_differs(
     page.until(lambda: page["timeline"].is_displayed() and not page["compare"].is_displayed())
     page.press("c")
     page.until(lambda: page["compare"].is_displayed())
+
+
+def test_recordings_without_names_are_compared_as_one_object(
+    page: Browser, serve: Callable[..., Live], tmp_path: Path
+) -> None:
+    """The touches are on four objects: they differ; those on one of them agree."""
+    paths = [named(tmp_path / name, *[None] * 4) for name in ("x.csv", "y.csv")]
+    same = compared(paths, None).same
+    assert same is not None
+    assert same.agreement is not None
+    wanted = palpate.agreement(TOUCHES * 2)
+    assert same.agreement.agree is wanted.agree is False
+    assert (same.agreement.ratio, len(same.touches)) == (wanted.ratio, 8)
+    page.driver.get(serve(str(paths[1]), source=str(paths[0])).address)
+    page.until(lambda: page["compare"].is_displayed())
+    [button] = page.all("#compare .same")
+    assert button.text == "Are A and B the same object?"
+    button.click()
+    assert page.text("compare").startswith("0 of 1\nA and B differ: not the same object")
+    assert page_looks.audit(page.driver) == []

@@ -9,7 +9,7 @@ from live_browser import SIZES, Browser
 from page_data import RATE, State, state
 from page_states import Canned, opened
 from palpate import number_format
-from palpate.live.feed import ROW, Flag
+from palpate.live.feed import ROW, RowFlag
 from selenium.webdriver.common.keys import Keys
 
 Shown = Callable[..., Canned]
@@ -77,7 +77,7 @@ def test_arrows_go_to_the_touch_before_and_after(page: Browser, shown: Shown) ->
     more = np.zeros(20, ROW)
     more["t_s"] = server.state.rows["t_s"][-1] + np.arange(1, 21) / RATE
     more["hard"], more["soft"], more["ratio"], more["standard_error"] = 0.4, 0.25, 1.6, 0.01
-    more["flags"] = Flag.CONTACT | Flag.MEASURED
+    more["flags"] = RowFlag.CONTACT | RowFlag.MEASURED
     server.send(more)
     page.until(lambda: page.run("return palpate.charts.story().curve.length") == before + 20)
     page.press("3")

@@ -1,6 +1,7 @@
 """Recordings beside each other: the touches of each specimen, and whether they agree."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from statistics import fmean
 
@@ -14,9 +15,10 @@ from palpate.live.protocol import (
     ShownAgreement,
 )
 from palpate.live.touch_rows import shown_agreement
-from palpate.repeatability import Agreement
+from palpate.repeatability import Agreement, agreement
 from palpate.report.findings import (
     AnalysedRecording,
+    Findings,
     ReportedTouch,
     SpecimenResult,
     analyse_again,
@@ -62,7 +64,28 @@ def compared(paths: Sequence[Path], calibration: Calibration | None) -> Compared
         shared,
         found.scatter.share,
         [_specimen(result, runs) for result in found.results],
+        None if shared else _as_one_object(found, runs),
     )
+
+
+def _as_one_object(found: Findings, runs: Sequence[AnalysedRecording]) -> ComparedSpecimen | None:
+    """Return all touches as if they were on one object; None: the touches of only one recording count."""
+    kept = [one for one in found.touches if not one.left_out]
+    if len({one.run.name for one in kept}) < 2:
+        return None
+    touches = [one.touch for one in kept]
+    if found.calibration:
+        agreed = found.calibration.agreement(touches)
+    else:
+        agreed = agreement(touches, ratio_of=kept[0].ratio_of)
+    result = replace(
+        found.results[0],
+        name="all as one object",
+        touches=found.touches,
+        kept=kept,
+        agreement=agreed,
+    )
+    return _specimen(result, runs)
 
 
 def _specimen(result: SpecimenResult, runs: Sequence[AnalysedRecording]) -> ComparedSpecimen:
@@ -79,8 +102,8 @@ def _specimen(result: SpecimenResult, runs: Sequence[AnalysedRecording]) -> Comp
         number = each.number - before[each.run.name]
         file = LETTERS.index(each.run.name)
         touches.append(ComparedTouch(file, number, each.ratio, "; ".join(each.left_out)))
-    agreement = _with_mean(result.agreement) if result.agreement else None
-    return ComparedSpecimen(result.name, distances.index(farthest), farthest, agreement, touches)
+    agreed = _with_mean(result.agreement) if result.agreement else None
+    return ComparedSpecimen(result.name, distances.index(farthest), farthest, agreed, touches)
 
 
 def _with_mean(found: Agreement) -> ShownAgreement:

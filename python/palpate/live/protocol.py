@@ -539,6 +539,7 @@ class ComparedMessage(Message, tag="done"):
     of: int
     scatter: float
     specimens: list[ComparedSpecimen]
+    same: ComparedSpecimen | None  # all touches as one object, if no specimen is in two recordings
 
 
 class RefusedMessage(Message, tag="refused"):

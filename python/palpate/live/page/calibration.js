@@ -2,7 +2,7 @@
 
 import { escaped } from "./charts/svg.js";
 import { $ } from "./dom.js";
-import { inUnit } from "./formatting.js";
+import { inUnit, sentenceInUnit } from "./formatting.js";
 
 const WORDS = { rigid_ratio: "rigid object", half_modulus: "half-way at", soft_ratio: "soft object" };
 
@@ -23,17 +23,35 @@ export class Calibrating {
   }
 }
 
-// At the end of the session the calibration is saved without an order.
-function words({ verdict, next, parameters = [], points = [], saved, sound }) {
-  const out = points.filter(({ kept }) => !kept).map(({ touch }) => `touch ${touch}`).join(", ");
-  const save = `<p class="row"><button type="button" class="${sound ? "strong" : ""}">Save the calibration</button></p>`;
-  const rows = parameters.map(({ name, ...one }) => {
-    const texts = /MPa/.test(one.value) ? [one.value, one.interval].map(inUnit) : [one.value, one.interval];
-    return `<tr title="${name} in eq. (2) of the paper">${[WORDS[name] ?? name, ...texts].map((text) => `<td>${escaped(text)}</td>`).join("")}</tr>`;
+// A good calibration is saved without an order at the end of the session.
+function words({ verdict, next, parameters = [], points = [], saved, sound, doubts = [], details }) {
+  const parts = [strong(verdict), paragraph(next)];
+  if (saved) parts.push(paragraph(`✓ ${saved}`));
+  else parts.push(`<p class="row"><button type="button" class="${sound ? "strong" : ""}">Save the calibration</button></p>`);
+  for (const doubt of doubts) parts.push(paragraph(`▲ ${doubt}`, "bad"));
+  if (parameters.length) parts.push(table(parameters));
+  const out = points.filter(({ kept }) => !kept).map(({ touch }) => `touch ${touch}`);
+  if (out.length) parts.push(paragraph(`× left out: ${out.join(", ")}`, "bad"));
+  parts.push(paragraph(details));
+  return parts.join("");
+}
+
+function table(parameters) {
+  const rows = parameters.map(({ name, value, interval }) => {
+    const texts = /MPa/.test(value) ? [value, interval].map(inUnit) : [value, interval];
+    const cells = [WORDS[name] ?? name, ...texts].map((text) => `<td>${escaped(text)}</td>`);
+    return `<tr title="${name} in eq. (2) of the paper">${cells.join("")}</tr>`;
   });
-  const table = `<table><thead><tr><th>Curve</th><th>value</th><th>95 % interval</th></tr></thead><tbody>${rows.join("")}</tbody></table>`;
-  return strong(verdict) + strong(next) + (saved ? `<p>✓ Saved as ${escaped(saved)}; it is used from now on.</p>` : save) + (rows.length ? table : "") + (out && `<p class="bad">× left out: ${out}</p>`);
+  return `<table><thead><tr><th>Curve</th><th>value</th><th>95 % interval</th></tr></thead><tbody>${rows.join("")}</tbody></table>`;
+}
+
+function paragraph(text, kind = "") {
+  return text ? `<p class="${kind}">${escaped(sentenceInUnit(text))}</p>` : "";
 }
 
 // The first sentence stands out.
-const strong = (text) => (text ? `<p>${escaped(text).replace(/^.*?(?:[.:](?= |$)|$)/s, "<b>$&</b>")}</p>` : "");
+function strong(text) {
+  if (!text) return "";
+  const shown = escaped(sentenceInUnit(text));
+  return `<p>${shown.replace(/^.*?(?:[.:](?= |$)|$)/s, "<b>$&</b>")}</p>`;
+}

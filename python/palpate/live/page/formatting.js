@@ -44,6 +44,11 @@ export function inUnit(text) {
   return String(text).replace(/\d+(\.\d+)?(e-?\d+)?/g, (mega) => (1000 * mega).toFixed(Math.max(0, places(mega) - 3))).replaceAll("MPa", settings.unit);
 }
 
+// A sentence with moduli in MPa, in the unit that is set; its other numbers stay.
+export function sentenceInUnit(text) {
+  return String(text).replace(/[\d.]+(e-?\d+)?((,| and| to) [\d.]+(e-?\d+)?)* MPa/g, (moduli) => inUnit(moduli));
+}
+
 // Shore A of a rubber with this modulus, MPa; null outside 1 to 95. The rule of palpate.shore_a_of_modulus.
 export function shoreA(modulus) {
   const hardness = (254 * 0.137505 * modulus - 56 * 0.0981) / (7.62336 * 0.0981 + 2.54 * 0.137505 * modulus);

@@ -4,6 +4,7 @@ import { Calibrating } from "./calibration.js";
 import { FitPlot } from "./charts/fitplot.js";
 import { Compare } from "./compare.js";
 import { Connection } from "./connection.js";
+import { Demo } from "./demo.js";
 import { Depths } from "./depths.js";
 import { Device } from "./device.js";
 import { $, put } from "./dom.js";
@@ -24,7 +25,7 @@ import { merged } from "./table.js";
 import { TouchFinder } from "./touch_finder.js";
 import { Verification } from "./verification.js";
 
-const SILENT = ["view", "cut", "compare", "read list", "settings"]; // asked for by the charts, not by a person
+const SILENT = ["view", "cut", "compare", "read list", "settings", "press", "release"]; // asked for by the charts, not by a person
 
 const store = new Store();
 const connection = new Connection({
@@ -63,6 +64,7 @@ shell.parts.push(
   marks,
   new Device(send),
   new Calibrating(send),
+  new Demo(known, send),
   new Verification(),
   new Record(known, send),
   new Signals(),

@@ -1,7 +1,7 @@
 // The object: its whole name, a slot for each touch with its value in it, mean and spread in words; the wizard's steps; the end.
 
 import { $, fill, make, put } from "../dom.js";
-import { endsOf, inUnit, modulusOf, plusMinus, settings } from "../formatting.js";
+import { endsOf, inUnit, modulusOf, plusMinus, sentenceInUnit, settings } from "../formatting.js";
 import { running, subject } from "../reading.js";
 
 const MOST_SLOTS = 8; // the newest
@@ -44,6 +44,7 @@ export class TouchedObject {
     if (next?.name === name && next.of) words = `touch ${next.nth} of ${next.of}`;
     const modulus = session.specimens.find((one) => one.name === name)?.modulus;
     if (modulus) words = [words, `known: ${inUnit(modulus)} ${settings.unit}`].filter(Boolean).join(" · ");
+    if (!name && hello.kind !== "file") words = "no name: P names the specimens";
     const unnamed = hello.kind === "file" ? "No name" : `Touch ${touches.rows.length + (running(this.known.state) || !touchIsShown(this.known) ? 1 : 0)}`;
     const done = session.count?.of ? `${session.count.kept} of ${session.count.of} touches` : "";
     put("objectname", finished ? "All done" : name ?? unnamed);
@@ -91,9 +92,9 @@ export class TouchedObject {
   // The wizard ends in one sentence, and one button.
   showEnd() {
     const { calibration } = this.known;
-    const sentence = calibration.on ? calibration.saved ? `Saved as ${calibration.saved}; it is used from now on.` : calibration.verdict : "";
+    const sentence = calibration.on ? endSentence(calibration) : "";
     $("wizardend").hidden = !sentence;
-    put($("wizardend").firstChild, sentence ?? "");
+    put($("wizardend").firstChild, sentence);
     const complete = calibration.sound || stepsOf(this.known)[1].state === "done";
     $("wizardsave").hidden = !calibration.on || Boolean(calibration.saved) || !complete;
     $("wizardsave").classList.toggle("strong", Boolean(calibration.sound));
@@ -104,6 +105,11 @@ export class TouchedObject {
     if (made) open(`recording/${encodeURIComponent(made.name)}`);
     else $("report").click();
   }
+}
+
+function endSentence({ verdict, saved }) {
+  if (!verdict) return "";
+  return sentenceInUnit(saved ? `${verdict} ${saved}` : verdict);
 }
 
 function touchIsShown({ state, touches }) {
