@@ -17,12 +17,12 @@ from typing import Any, Self
 import palpate
 import pytest
 import uvicorn
-from live_bench import HOST, ORIGIN, OWN, PORT
+from live_bench import HOST, ORIGIN, OWN, PORT, begun, client
 from live_browser import Browser
 from live_server import PATIENCE_S, Live
 from palpate.live import feed, measurement, peers
 from palpate.live.access import HEADERS, Gatekeeper
-from palpate.live.app import PageApp
+from palpate.live.app import PageApp, page_files
 from palpate.live.server import WS
 from recording_bench import soon
 
@@ -161,6 +161,22 @@ def test_only_files_of_the_page_are_served() -> None:
                          ("/charts/../../server.py", 404), ("/index.html", 404), ("/recording/..%2Fsecret.csv", 404)]:  # fmt: skip
         assert (status(app, "http", path), status(locked, "http", path)) == (wanted, 403)
         assert status(locked, "http", f"/{TOKEN}{path}") == wanted
+
+
+def test_the_page_is_sent_compressed_to_a_browser_that_takes_it(tmp_path: Path) -> None:
+    """The whole page is at most 240 kB on the wire, and the same with and without compression."""
+    bench = begun("sim:tremor", tmp_path, record=False)
+    page = client(bench)
+    total = 0
+    for path, file in page_files().items():
+        plain = page.get(path, headers={"Accept-Encoding": "identity"})
+        packed = page.get(path, headers={"Accept-Encoding": "gzip"})
+        assert plain.content == packed.content == file.content
+        assert "Content-Encoding" not in plain.headers
+        assert packed.headers["Content-Encoding"] == "gzip"
+        total += int(packed.headers["Content-Length"])
+    bench.measurement.close()
+    assert total < 240_000
 
 
 def test_the_limits_are_those_that_the_pages_promise() -> None:

@@ -82,6 +82,9 @@ CASES: list[tuple[StatusInputs, str, str, str, str]] = [
     (facts(outside=("soft",), can_centre=True), "range", "Stop", "fault", "then press Centre."),
     (facts("contact", seen=seen({"limit_s": 0.4}, {}), full_scale_pF=4.096),
      "saturated", "Repeat", "caution", "The hard channel is at the limit, 4.096 pF, for 0.4 s of this touch."),
+    (facts("contact", seen=seen({"limit_s": 0.4}, {"idle_s": 0.4})), "wire off", "Stop", "fault",
+     "The hard channel is at its limit, and the other one shows no press: a wire of the hard gauge is off"),
+    (facts("contact", judged=(END,), seen=seen({"idle_s": 0.4}, {})), "wire off", "Stop", "fault", "a wire of the soft gauge is off"),
     (facts(seen=seen({}, {"below_s": 2.0, "below_pF": 0.4})),
      "baseline", "Tare", "fault", "The soft channel is 0.40 pF below the baseline"),
     (facts("baseline", gap="the board was unplugged for 12.0 s", lost=456, cut=20), "gap", "Wait", "caution",
@@ -153,7 +156,12 @@ def test_when_a_state_begins() -> None:
     assert (state_rules.SLOW_SHARE, state_rules.FEWEST) == (0.9, 50)
     for calm in (PairRate(36.5, 40.0, 380, 0), PairRate(1.0, 40.0, 49, 0)):
         assert view_of(facts(pace=calm))[1].level == "quiet"
-    for slow in (PairRate(35.5, 40.0, 380, 0), PairRate(40.0, 40.0, 9, 1)):
+    # 2.9 pairs a second are too few to be counted as pairs
+    for slow in (
+        PairRate(35.5, 40.0, 380, 0),
+        PairRate(2.9, 31.8, 318, 0),
+        PairRate(40.0, 40.0, 9, 1),
+    ):
         assert view_of(facts(pace=slow))[1].what == "slow"
     assert view_of(facts(silent_s=5.0, period_s=1.0))[1].level == "quiet"
     assert view_of(facts(troubles={"hint": "remove R1"}, result=GOOD))[1].level == "quiet"

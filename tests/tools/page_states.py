@@ -68,11 +68,15 @@ class Canned:
         path = request.path.partition("?")[0]
         if path == "/ws":
             return None
-        content, kind = self._files.get(path, (b"", ""))
-        status = HTTPStatus.OK if kind else HTTPStatus.NOT_FOUND
+        status = HTTPStatus.NOT_FOUND
+        content, kind = b"", "text/plain"
+        if path in self._files:
+            status = HTTPStatus.OK
+            content = self._files[path].content
+            kind = self._files[path].content_type
         headers = {
             **HEADERS,
-            "Content-Type": kind or "text/plain",
+            "Content-Type": kind,
             "Content-Length": str(len(content)),
         }
         return Response(status, status.phrase, Headers(headers), content)

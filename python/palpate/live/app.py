@@ -1,13 +1,14 @@
 """The web application of the page: its files, the web socket and the downloads."""
 
 import asyncio
+import gzip
 import os
 import threading
 from collections.abc import AsyncIterator, Coroutine
 from contextlib import asynccontextmanager, suppress
 from functools import partial
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any, BinaryIO, NamedTuple
 from urllib.parse import quote
 
 from starlette.applications import Starlette
@@ -39,15 +40,24 @@ _PART = 1 << 16
 _STATES_PER_S = 5
 
 
-def page_files() -> dict[str, tuple[bytes, str]]:
-    """Return the files of the page: URL path -> content, type. Requests never open a file by its name."""
+class PageFile(NamedTuple):
+    """A file of the page: its content, as it is and compressed, and its type."""
+
+    content: bytes
+    compressed: bytes
+    content_type: str
+
+
+def page_files() -> dict[str, PageFile]:
+    """Return the files of the page by URL path. Requests never open a file by its name."""
     folder = Path(__file__).parent / "page"
     found = {}
     for file in folder.rglob("*.*"):
         kind = _PAGE.get(file.suffix)
         if kind:
             path = f"/{file.relative_to(folder).as_posix()}"
-            found[path] = (file.read_bytes(), f"{kind}; charset=utf-8")
+            content = file.read_bytes()
+            found[path] = PageFile(content, gzip.compress(content), f"{kind}; charset=utf-8")
     found["/"] = found.pop("/index.html")
     return found
 
@@ -66,7 +76,7 @@ class PageApp:
     def app(self, host: str, port: int, token: str | None = None) -> ASGIApp:
         """Return the application for this address, with access control; see `Gatekeeper`."""
         routes: list[BaseRoute] = [
-            Route(path, partial(_file, *content)) for path, content in page_files().items()
+            Route(path, partial(_send_file, file)) for path, file in page_files().items()
         ]
         routes += [Route("/recording/{name}", self._download), WebSocketRoute("/ws", self._page)]
         return Gatekeeper(Starlette(routes=routes, lifespan=self._life), host, port, token)
@@ -221,5 +231,8 @@ async def _parts(file: BinaryIO, size: int) -> AsyncIterator[bytes]:
             yield part
 
 
-async def _file(content: bytes, kind: str, _: Request) -> Response:
-    return Response(content, headers={"Content-Type": kind})
+async def _send_file(file: PageFile, request: Request) -> Response:
+    headers = {"Content-Type": file.content_type, "Vary": "Accept-Encoding"}
+    if "gzip" not in request.headers.get("Accept-Encoding", ""):
+        return Response(file.content, headers=headers)
+    return Response(file.compressed, headers={**headers, "Content-Encoding": "gzip"})

@@ -101,6 +101,9 @@ class ConnectionState(Listener):
         self._looked_s = now_s
         self._steady = SteadyLine()
         self._period_s = float(stream.source.describe().get("period_s", math.nan))
+        self._fastest_s = stream.source.fastest_period_s
+        if math.isnan(self._fastest_s):
+            self._fastest_s = self._period_s
         self._gap = ""
         self._gap_s = -math.inf
         self._retaken_s = -math.inf
@@ -243,7 +246,9 @@ class ConnectionState(Listener):
         per_s = math.nan
         if long_s >= RATE_S:
             per_s = read / long_s * used
-        return PairRate(per_s, 1 / self._period_s, read, counters.dropped - before.dropped)
+        nominal_per_s = 1 / self._fastest_s
+        dropped = counters.dropped - before.dropped
+        return PairRate(per_s, nominal_per_s, nominal_per_s * long_s, dropped)
 
     def _result(self) -> LastTouch | None:
         """Return the last touch that ended; made anew only if it, or what is thought of it, has changed."""

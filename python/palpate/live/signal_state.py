@@ -44,6 +44,7 @@ class ChannelSeen:
     limit_s: float = 0.0  # time of this contact at the limit
     below_s: float = 0.0  # far below the baseline for this time; 0: it is not
     below_pF: float = 0.0  # how far, of the last sample
+    idle_s: float = 0.0  # at its baseline for this time; 0: it is not
     constant_s: float = 0.0  # the same value for this time; 0: it is not
 
 
@@ -250,6 +251,7 @@ class ChannelFollower:
         self._sign = sign
         self.seen = ChannelSeen(name)
         self._below = LastingCondition()
+        self._idle = LastingCondition()
         self._same = LastingCondition()
         self._last = math.nan  # value of the last sample
         self._last_s = math.nan  # its time
@@ -278,6 +280,7 @@ class ChannelFollower:
             limit_s = before.limit_s + float(passed_s[is_limited].sum())
         margin = _BELOW_PF + _BELOW_NOISE * np.nan_to_num(noise_pF)
         is_below = (self._sign * change < -margin) & ~is_limited & (state == "waiting")
+        is_idle = (np.abs(change) < margin) & ~is_limited
         is_same = (steps == 0) & ~is_limited
         self.seen = ChannelSeen(
             name,
@@ -286,6 +289,7 @@ class ChannelFollower:
             limit_s,
             self._below.follow(is_below, t_s),
             -self._sign * float(change[-1]),
+            self._idle.follow(is_idle, t_s),
             self._same.follow(is_same, t_s, _SAME_SAMPLES),
         )
         return self.seen

@@ -12,6 +12,7 @@ from palpate.live.protocol import Instruction, NextTouch, ReviewedFile, ShownLin
 from palpate.live.signal_state import ChannelSeen, SignalSeen
 from palpate.uncertainty import Uncertainty
 
+RELEASED_S = 0.3  # a channel shows no press for this time while the other one is at its limit
 LIMIT_S = 0.1  # in contact a channel may be at its limit for this time
 BELOW_S = 1.0  # a channel is far below its baseline for this time before the page says it
 LONG_S = 10.0  # the probe is left in contact after a touch for this time before the page says it
@@ -63,11 +64,11 @@ class LastTouch:
 
 @dataclass(frozen=True)
 class PairRate:
-    """How fast pairs arrive that can be used, a second, now and by the period of the source; counts of the last seconds."""
+    """How many pairs arrive that can be used, a second, now and on a computer that is never late; counts of the last seconds."""
 
     per_s: float = math.nan
     nominal_per_s: float = math.nan
-    read: int = 0
+    expected: float = 0.0
     dropped: int = 0
 
 
@@ -226,6 +227,7 @@ def _signal_faults(inputs: StatusInputs) -> Iterator[View]:
         text = f"Something touches: {touching}. No baseline is taken from it."
         line = StatusLine("touched", "caution", "Lift the probe.", text)
         yield line, Instruction("Lift", "and hold it in the air", "caution")
+    yield from _wire_off(inputs)
     yield from _out_of_range(inputs)
     yield from _at_its_end(inputs)
     yield from _below_baseline(inputs)
@@ -279,6 +281,22 @@ def _out_of_range(inputs: StatusInputs) -> Iterator[View]:
         text += f", for {long_s:.1f} s of this touch. Press less: half of this is enough."
         line = StatusLine("saturated", "caution", "Saturated.", text, f"{spoken}. Press less.")
         yield line, Instruction("Repeat", "lift, then press less", "caution")
+
+
+def _wire_off(inputs: StatusInputs) -> Iterator[View]:
+    """Yield that a channel is at its limit although the other one shows no press."""
+    at_end = {each.channel for each in inputs.judged if each.name == "saturated"}
+    at_end |= {one.name for one in inputs.seen.channels if one.limit_s >= LIMIT_S}
+    idle = {one.name for one in inputs.seen.channels if one.idle_s >= RELEASED_S}
+    if not (inputs.pressed and at_end and idle - at_end):
+        return
+    name = min(at_end)
+    text = (
+        f"The {name} channel is at its limit, and the other one shows no press: "
+        f"a wire of the {name} gauge is off, or shorted."
+    )
+    line = StatusLine("wire off", "fault", "Look at the wires.", text)
+    yield line, Instruction("Stop", f"look at the wires of the {name} gauge", "fault")
 
 
 def _below_baseline(inputs: StatusInputs) -> Iterator[View]:
@@ -389,7 +407,7 @@ def _left_out(inputs: StatusInputs, result: LastTouch) -> View:
 def slow(inputs: StatusInputs) -> StatusLine | None:
     """Return that the computer is too slow for the pairs, and what that costs; None: it is not."""
     pace = inputs.pace
-    is_late = pace.read >= FEWEST and pace.per_s < SLOW_SHARE * pace.nominal_per_s
+    is_late = pace.expected >= FEWEST and pace.per_s < SLOW_SHARE * pace.nominal_per_s
     if not (is_late or pace.dropped):
         return None
     sentences = []
