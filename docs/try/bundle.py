@@ -13,6 +13,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from itertools import compress
 from pathlib import Path
 from typing import Any
 
@@ -95,9 +96,8 @@ def page() -> bytes:
             folder / "try.js", "--format=iife", "--loader:.gz=binary", "--target=es2022"
         )
         style = _bundled(folder / "try.css")
-    text, live = (
-        path.read_text(encoding="utf-8") for path in (HERE / "index.html", PAGE / "index.html")
-    )
+    text = (HERE / "index.html").read_text(encoding="utf-8")
+    live = (PAGE / "index.html").read_text(encoding="utf-8")
     for empty, tag, name in re.findall(r'(<(section|dialog|div) id="(\w+)"></\w+>)', text):
         text = text.replace(empty, part_of(live, tag, name))
     style = without_unused(style, text, script)
@@ -113,31 +113,43 @@ def page() -> bytes:
 
 def without_capacitances(path: Path) -> str:
     """Return the rows of a recording without the columns that follow from its codes; try.js puts them back."""
-    lines = path.read_text(encoding="ascii").splitlines()
-    kept = [at for at, name in enumerate(lines[0].split(",")) if not name.endswith("_pF")]
-    rows = [line.split(",") for line in lines[1:]]
-    return "\n".join(",".join(row[at] for at in kept) for row in rows)
+    head, *lines = path.read_text(encoding="ascii").splitlines()
+    is_kept = [not name.endswith("_pF") for name in head.split(",")]
+    rows = []
+    for line in lines:
+        rows.append(",".join(compress(line.split(","), is_kept)))
+    return "\n".join(rows)
 
 
 def without_unused(style: str, page: str, script: str) -> str:
     """Return a minified style sheet without selectors of ids that the page lacks, and of classes that script and page lack."""
 
-    def is_used(selector: str) -> bool:
-        outside = selector
-        while outside != (less := re.sub(r"\([^()]*\)", "", outside)):
-            outside = less
-        ids = re.findall(r"#([\w-]+)", outside)
-        classes = re.findall(r"\.([a-z][\w-]*)", outside)
-        return all(f'id="{name}"' in page for name in ids) and all(
-            re.search(rf"\b{name}\b", page + script) for name in classes
-        )
-
     def used(rule: re.Match[str]) -> str:
-        selectors = re.split(r",(?![^(]*\))", rule[1])
-        kept = ",".join(filter(is_used, selectors))
-        return f"{kept}{{{rule[2]}}}" if kept else ""
+        kept = []
+        for selector in re.split(r",(?![^(]*\))", rule[1]):
+            if _is_used(selector, page, script):
+                kept.append(selector)
+        if not kept:
+            return ""
+        return f"{','.join(kept)}{{{rule[2]}}}"
 
     return re.sub(r"([^{}@;]+)\{([^{}]*)\}", used, style)
+
+
+def _is_used(selector: str, page: str, script: str) -> bool:
+    """Return whether a page has a place for a selector; what is in parentheses does not count."""
+    before = ""
+    outside = selector
+    while outside != before:
+        before = outside
+        outside = re.sub(r"\([^()]*\)", "", outside)
+    for name in re.findall(r"#([\w-]+)", outside):
+        if f'id="{name}"' not in page:
+            return False
+    for name in re.findall(r"\.([a-z][\w-]*)", outside):
+        if not re.search(rf"\b{name}\b", page + script):
+            return False
+    return True
 
 
 def part_of(page: str, tag: str, name: str) -> str:
@@ -145,19 +157,22 @@ def part_of(page: str, tag: str, name: str) -> str:
     begin = page.index(f'<{tag} id="{name}"')
     depth = 0
     for edge in re.finditer(rf"<(/?){tag}\b", page[begin:]):
-        depth += -1 if edge[1] else 1
+        if edge[1]:
+            depth -= 1
+        else:
+            depth += 1
         if depth == 0:
             return page[begin : begin + edge.end()] + ">"
     raise RuntimeError(f"{name}: got no end of <{tag}>, allowed: as many ends as beginnings")
 
 
 def _given() -> dict[str, Any]:
-    settings = {"handheld": Tracker("handheld").settings, "sliding": Tracker("sliding").settings}
+    scenes = {}
+    for scene in ("handheld", "sliding"):
+        scenes[scene] = dict(Tracker(scene).settings)
+        scenes[scene].pop("full_scale", None)
     return {
-        "scenes": {
-            scene: {name: own[name] for name in own if name != "full_scale"}
-            for scene, own in settings.items()
-        },
+        "scenes": scenes,
         "threshold": Tracker("handheld").threshold,
         "headers": [",".join(COLUMNS), ",".join(EARLIER)],
         "schemas": SCHEMAS,

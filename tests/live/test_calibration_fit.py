@@ -12,6 +12,7 @@ import palpate
 import pytest
 from palpate import Calibration, Touch
 from palpate.calibration.calibration_file import About
+from palpate.calibration.grading import expected_uncertainty
 from palpate.calibration.provenance import Provenance
 from palpate.calibration.specimen_fit import SpecimenTouches, fit_specimens
 from palpate.elasticity import SORBOTHANE_MPA
@@ -26,6 +27,7 @@ from palpate.live.protocol import (
 )
 from palpate.simulation.hand import session
 from palpate.simulation.scenarios import PROBE
+from palpate.sources.simulated_hand import SimulatedHand
 from recording_bench import soon
 
 MODULI = dict(sorted(SORBOTHANE_MPA.items(), key=lambda item: item[1])[::2])
@@ -50,6 +52,7 @@ class Bench:
         self.progress = SimpleNamespace(next="40 OO", calibration=None)
         self.document = SimpleNamespace(title="bench 2", operator="A. Bee")
         self.newest_recorder = None
+        self.hand: SimulatedHand | None = None
         self.settings = dict[str, Any]()
         self.commands = Lock()
         self.on_changed: list[Callable[[], None]] = []
@@ -143,7 +146,9 @@ def test_a_guided_calibration(tmp_path: Path, touches: dict[str, list[Touch]]) -
         [SpecimenTouches(name, MODULI[name], touches[name]) for name in MODULI],
         about=About(scene="handheld"),
     )
-    assert last.verdict == expected.verdict
+    assert last.details == expected.verdict
+    assert last.verdict == f"Good: {expected_uncertainty(expected)}."
+    assert (last.grade, last.look, last.doubts) == ("good", [], [])
     assert isinstance(last.rigid, RigidRatio)
     assert last.rigid.value == expected.probe.rigid_ratio
     for name, (low, high) in expected.parameter_intervals().items():
@@ -158,7 +163,7 @@ def test_a_guided_calibration(tmp_path: Path, touches: dict[str, list[Touch]]) -
         assert bench.part.document().saved is None
     assert list(tmp_path.iterdir()) == []
     saved = bench.settled()
-    assert (saved.saved, saved.next) == ("probe.toml", "")
+    assert (saved.saved, saved.next) == ("Saved as probe.toml; it is used from now on.", "")
     [used] = bench.used
     assert bench.files.calibration == tmp_path / "probe.toml"
     assert used.as_dict() == Calibration.load(tmp_path / "probe.toml").as_dict()
@@ -170,7 +175,7 @@ def test_a_guided_calibration(tmp_path: Path, touches: dict[str, list[Touch]]) -
     assert made == stated
     assert [file.name for file in bench.files.named] == ["probe.toml", "probe-calibration.html"]
     assert expected.verdict in (tmp_path / "probe-calibration.html").read_text()
-    assert bench.part.document().saved == "probe.toml"
+    assert bench.part.document().saved == saved.saved
     assert bench.part.calibrating(on=False).startswith("Calibrating has ended")
 
 
@@ -217,10 +222,13 @@ def test_a_report_that_fails_does_not_say_that_nothing_is_saved(
     bench.part.calibrating(on=True)
     bench.touch(len(bench.order))
     bench.progress.next = None
-    said = "Saved as probe.toml, but without a report: report: cannot be written: No space left on device."
+    said = (
+        "Saved as probe.toml; moduli are from it now. There is no report: report: cannot be written: "
+        "No space left on device."
+    )
     bench.changed()
     soon(lambda: bench.part.document().verdict == said)
-    assert bench.part.document().saved == "probe.toml"
+    assert bench.part.document().saved == "Saved as probe.toml; it is used from now on."
     assert bench.said == ["run.csv: no checksum: No such file or directory"]
 
 
@@ -255,8 +263,44 @@ def test_what_is_not_possible_is_said(
     reverse.part.calibrating(on=True)
     # ratios that do not rise are an objection, not a failure
     found = reverse.touch(len(reverse.order))
-    assert found.verdict
+    assert found.grade == "look"
     assert not found.sound
     (tmp_path / "probe.toml").write_text("precious")
     assert bench.part.save_calibration().file == "probe-2.toml"
     assert (tmp_path / "probe.toml").read_text() == "precious"
+
+
+def test_specimens_that_were_exchanged_are_named_and_nothing_is_saved(
+    tmp_path: Path, touches: dict[str, list[Touch]]
+) -> None:
+    names = list(MODULI)
+    exchanged = {**touches, names[1]: touches[names[3]], names[3]: touches[names[1]]}
+    bench = Bench(tmp_path, exchanged)
+    bench.part.calibrating(on=True)
+    bench.touch(len(bench.order))
+    bench.progress.next = None
+    found = bench.settled()
+    assert found.grade == "look"
+    assert found.verdict == (
+        f"Look at touches 3, 4, 7 and 8: {names[1]} and {names[3]} seem to be exchanged."
+    )
+    assert found.look == [3, 4, 7, 8]
+    assert isinstance(found.doubts, list)
+    assert found.doubts[0] == (
+        f"{names[1]} and {names[3]} seem to be exchanged (touches 3, 4, 7 and 8)."
+    )
+    assert (found.saved, bench.used, list(tmp_path.iterdir())) == (None, [], [])
+
+
+def test_the_demo_keeps_its_calibration_in_memory(
+    tmp_path: Path, touches: dict[str, list[Touch]]
+) -> None:
+    bench = Bench(tmp_path, touches)
+    bench.hand = SimulatedHand([], MODULI)
+    bench.part.calibrating(on=True)
+    bench.touch(len(bench.order))
+    bench.progress.next = None
+    found = bench.settled()
+    assert found.saved == "Kept in memory: the demo writes no file. It is used from now on."
+    assert (len(bench.used), bench.files.calibration) == (1, None)
+    assert (bench.files.named, list(tmp_path.iterdir())) == ([], [])

@@ -11,7 +11,14 @@ from palpate.live.commands import FileWorkbench, LiveCommand, LiveWorkbench
 from palpate.live.file_review import RecordedMeasurement
 from palpate.live.files import RunFiles
 from palpate.live.measurement import LiveMeasurement, opener
-from palpate.live.page_commands import COMMANDS, CutCommand, NoteCommand, PlanCommand, decode
+from palpate.live.page_commands import (
+    COMMANDS,
+    CutCommand,
+    HandCommand,
+    NoteCommand,
+    PlanCommand,
+    decode,
+)
 from palpate.live.protocol import RefusedCommand
 
 VALUES: dict[str, dict[str, Any]] = {
@@ -23,6 +30,7 @@ VALUES: dict[str, dict[str, Any]] = {
     "read list": {"text": "gel", "unit": "kPa"},
     "specimen": {"name": "gel"},
     "assign": {"touch": 1, "name": "gel"},
+    "press": {"specimen": "40 A"},
     "discard": {"touch": 1},
     "keep": {"touch": 1},
     "name": {"touches": [1, 2], "text": "gel; 0.3"},
@@ -48,6 +56,9 @@ def test_a_recording_refuses_what_needs_a_measurement(tmp_path: Path) -> None:
     refused = []
     for do in COMMANDS:
         command = decode(json.dumps({"do": do, **VALUES.get(do, {})}))
+        if isinstance(command, HandCommand):
+            with pytest.raises(RefusedCommand, match=f"{do}: got it without a simulation, allowed"):
+                bench.run(command)
         if isinstance(command, LiveCommand):
             with pytest.raises(RefusedCommand, match=f"{do}: this is a recording, nothing is"):
                 bench.run(command)

@@ -1,89 +1,162 @@
-"""The demo of `palpate live` without a board: the same on any computer, round after round, recorded as simulated."""
+"""The demo of `palpate live`: without a board a person presses a simulated probe on the page, and calibrates."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from threading import Event
 
-import palpate
 import pytest
-from live_bench import Bench
 from live_browser import Browser
 from live_server import Live
+from page_looks import CUT, SIDEWAYS, audit
+from palpate.live.commands import LiveWorkbench
 from palpate.live.files import RunFiles
 from palpate.live.measurement import LiveMeasurement, opener
+from palpate.live.page_commands import PlanCommand, PressCommand, ReleaseCommand
 from palpate.recording.sidecar import load
-from palpate.stream import Batch, Listener
-from recording_bench import SampleReader
+from palpate.sources.demo import SPECIMENS
+from recording_bench import soon
+from selenium.webdriver.common.action_chains import ActionChains
+from selenium.webdriver.common.keys import Keys
+
+SHORT = {"scene": "handheld", "seconds": 1.0}  # touches of a second
 
 
-class Slow(Listener):
-    """A computer that stands still now and then."""
-
-    def batch(self, batch: Batch) -> None:
-        """Wait."""
-        if batch.rows["touch"][-1] and batch.samples["seq"][-1] % 50 == 0:
-            time.sleep(0.1)
-
-
-def test_rounds_of_a_slow_computer_are_those_of_a_fast_one(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("palpate.sources.sim.time.sleep", lambda _: None)
-    source = opener("sim:demo", {"paced": True})
-    measurement = LiveMeasurement(
-        source, RunFiles(tmp_path / "run.csv"), {"scene": "handheld"}, demo=True
-    )
-    bench = Bench(measurement, "sim:demo")
-    measurement.listeners.append(Slow())
-    said = set[tuple[str, str]]()
+def started(source: str, files: RunFiles, first_page: Event | None = None) -> LiveWorkbench:
+    """Return the workbench of a measurement that runs."""
+    measurement = LiveMeasurement(opener(source, {}), files, SHORT, first_page=first_page)
+    bench = LiveWorkbench(measurement, source)
     measurement.start()
-    while measurement.number < 3:
-        state = bench.shown()
-        said.add((state.now.word, state.line.level))
-        time.sleep(0.05)  # half of what the slow computer stands still: no word is missed
+    return bench
+
+
+@pytest.fixture
+def demo(tmp_path: Path) -> Iterator[LiveWorkbench]:
+    bench = started("demo:", RunFiles(tmp_path / "run.csv"))
+    soon(lambda: bench.live.state == "no contact")
+    yield bench
+    bench.live.close()
+
+
+def pressed(bench: LiveWorkbench, name: str) -> None:
+    """Press on a specimen until the touch is complete, and lift."""
+    bench.run(PressCommand(name))
+    soon(lambda: bench.live.state == "done")
+    bench.run(ReleaseCommand())
+    soon(lambda: bench.live.state == "no contact")
+
+
+def test_the_touches_are_on_what_was_pressed(demo: LiveWorkbench, tmp_path: Path) -> None:
+    session = demo.plan.document
+    assert [(one.name, one.modulus, one.of) for one in session.specimens] == [
+        (name, modulus, 2) for name, modulus in SPECIMENS.items()
+    ]
+    order = ["40 A", "30 OO"]  # whatever the list asks for
+    for name in order:
+        pressed(demo, name)
+    soon(lambda: len(demo.plan.rows) == 2 and demo.live.touches[1].revised)
+    assert [row.specimen for row in demo.plan.rows] == order
+    simulation = demo.hello().simulation
+    assert simulation
+    assert [one.name for one in simulation.specimens] == list(SPECIMENS)
+    for touch, truth in zip(demo.live.touches, simulation.truths, strict=True):
+        assert touch.ratio == pytest.approx(truth.ratio, rel=2e-3)
+    demo.live.close()
+    stored = load(tmp_path / "run.csv") or {}
+    assert stored["device"]["simulated"]["scenario"].startswith("demo")
+    assert [touch["specimen"] for touch in stored["session"]["touches"]] == order
+
+
+def test_what_does_not_press(demo: LiveWorkbench) -> None:
+    with pytest.raises(ValueError, match=r"press: got specimen 'gel', allowed: 30 OO, "):
+        demo.run(PressCommand("gel"))
+    demo.run(ReleaseCommand())  # nothing is pressed
+    other = started("sim:four-specimens", RunFiles())
+    try:
+        with pytest.raises(RuntimeError, match="press: got '40 A', allowed: with the source demo:"):
+            other.run(PressCommand("40 A"))
+    finally:
+        other.live.close()
+
+
+def test_a_simulation_begins_with_the_first_page_and_says_nothing_before() -> None:
+    """It is not silent, which would be a fault; its first touch is not over before anybody looks."""
+    first_page = Event()
+    bench = started("sim:four-specimens", RunFiles(), first_page)
+    until_s = time.monotonic() + 2.5
+    while time.monotonic() < until_s:
+        bench.look()
+        assert bench.state().line.level == "quiet"
+        time.sleep(0.1)
+    assert bench.live.last is None
+    first_page.set()
+    soon(lambda: bench.live.last is not None)
+    for _ in range(10):
+        bench.look()
+        assert bench.state().line.level == "quiet"
+        time.sleep(0.1)
+    assert bench.live.last_s < 2.4
+    bench.live.close()
+
+
+def test_the_hand_of_a_session_does_what_is_next(tmp_path: Path) -> None:
+    """Also after a touch that is left out: it is repeated, and none is under a wrong specimen."""
+    measurement = LiveMeasurement(opener("sim:ten-specimens?speed=6", {}), RunFiles(), {})
+    bench = LiveWorkbench(measurement, "sim:ten-specimens")
+    measurement.start()
+    bench.run(PlanCommand("gel; 1.1\n70 A; 8.68", 2))
+    soon(lambda: len(bench.plan.rows) == 1)
+    bench.plan.discard(1)
+    soon(lambda: len(bench.plan.rows) == 5)
     measurement.close()
-    assert said == {(word, "note") for word in ("Waiting", "Holding", "Lifting", "Lifted")}
-    names, ratios = zip(*((truth.name, truth.ratio) for truth in measurement.truths), strict=True)
-    assert names == 2 * ("30 OO", "70 OO", "40 A", "70 A")
-    for name, seed in (("run.csv", 0), ("run-2.csv", 1)):
-        with palpate.Stream(f"sim:demo?seed={seed}") as stream:
-            for _ in stream.batches():
-                pass
-        assert palpate.touches(tmp_path / name) == stream.touches
-        assert not any(touch.flags for touch in stream.touches)
-        assert [touch.ratio for touch in stream.touches] == pytest.approx(ratios, rel=0.1)
-        told = load(tmp_path / name) or {}
-        assert told["device"]["simulated"]["scenario"] == "demo"
-        assert [touch["specimen"] for touch in told["session"]["touches"]] == list(names)
+    assert [row.specimen for row in bench.plan.rows] == ["gel", "gel", "gel", "70 A", "70 A"]
+    for touch, truth in zip(measurement.touches, measurement.truths, strict=False):
+        assert touch.ratio == pytest.approx(truth.ratio, rel=0.03)
+    ratios = [touch.ratio for touch in measurement.touches]
+    assert max(ratios[:3]) < 5 < min(ratios[3:5])
 
 
-def test_it_keeps_to_the_clock() -> None:
-    with palpate.open("sim:demo", paced=True) as source:
-        begun, samples = time.monotonic(), SampleReader(source)
-        first = next(samples)
-        last = [next(samples) for _ in range(30)][-1]
-    assert time.monotonic() - begun >= (last.t_hard_ns - first.t_hard_ns) / 1e9 - 0.1
-
-
-def test_the_first_picture_without_a_board(serve: Callable[..., Live], page: Browser) -> None:
-    live = serve("--no-token", source="")
-    page.driver.get(live.lab)
-    page.until(lambda: "±" in page.text("range"))
-    shown = page["simulated"].text, page.text("says"), page.text("nexthead"), page.text("nextname")
-    assert shown[0] == "Simulation"
-    assert shown[1].startswith(
-        "● Simulation. A simulated hand touches four specimens, round after round."
-    )
-    assert shown[2] == "True ratio, 30 OO"
-    assert shown[3].startswith("1.601")
-    text = page.run("return document.body.innerText")
-    for needed in (
-        "The ratio of their capacitance changes",
-        "± is one standard deviation (k = 1)",
-        "palpate doctor",
-    ):
-        assert needed in text
-    assert not any(page[name].is_displayed() for name in ("session", "device"))
-    for size in ("phone", "lying", "tablet"):
+def test_a_newcomer_calibrates_with_the_mouse_and_the_keys(
+    serve: Callable[..., Live], page: Browser, tmp_path: Path
+) -> None:
+    live = serve("--no-token", "--touch-seconds", "1", "--folder", str(tmp_path), source="")
+    page.driver.get(live.address)
+    page.until(lambda: page.text("verb") == "Touch")
+    assert page["simulated"].text == "Simulation"
+    assert page.text("demowords").startswith("Your mouse is the hand: press and hold one of these")
+    page["democalibrate"].click()
+    page.until(lambda: page.text("demowords") == "Press and hold 30 OO: touch 1 of 2.")
+    names = [name for name in SPECIMENS for _ in range(2)]
+    for place, name in enumerate(names):
+        block = page[f"block-{name}"]
+        keys = place % 2 == 1
+        if keys:
+            page.run("arguments[0].focus()", block)
+            ActionChains(page.driver).key_down(Keys.SPACE).perform()
+        else:
+            ActionChains(page.driver).click_and_hold(block).perform()
+        page.until(lambda: page.text("verb") in ("Lift", "Repeat"))
+        assert page.text("demowords") == "Let go: the touch is complete."
+        if keys:
+            ActionChains(page.driver).key_up(Keys.SPACE).perform()
+        else:
+            ActionChains(page.driver).release().perform()
+        page.until(lambda: page.text("verb") in ("Touch", "Done"))
+    page.until(lambda: "Kept in memory: the demo writes no file." in page.text("wizardend"))
+    assert page.text("wizardend").startswith("Good: the next objects are known to ±")
+    assert list(tmp_path.iterdir()) == []  # no probe.toml
+    # the next touch is in MPa, beside the truth
+    ActionChains(page.driver).click_and_hold(page["block-40 A"]).perform()
+    page.until(lambda: page.text("valueunit") == "MPa")
+    page.until(lambda: page.text("verb") == "Lift")
+    page.until(lambda: "MPa\ntrue 1.54 MPa" in page.text("block-40 A"))
+    ActionChains(page.driver).release().perform()
+    assert page["simulated"].is_displayed()
+    for size in ("phone", "lying", "small", "screen", "desk"):
         page.size(size)
-        assert page["simulated"].is_displayed()
+        page.drawn()
+        assert not page.run(SIDEWAYS), size
+        cut = [text for text in page.run(CUT) if "block" in text or "demo" in text]
+        assert not cut, size
+    assert not audit(page.driver)
+    assert not page.complaints()

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from palpate.live.feed import ROW, RowFlag, Rows
-from palpate.live.noise import FEWEST, idle, noise_of
+from palpate.live.noise import FEWEST, idle_segments, noise_of
 
 RATE = 38.5
 
@@ -53,7 +53,7 @@ def test_touches_and_missing_values_are_left_out() -> None:
     rows["flags"][5000] = int(RowFlag.REFUSED)
     assert "hard 12 aF rms, soft 7.0 aF rms." in noise_of(rows)
     rows["t_s"][6000:] += 3.0
-    for segment in idle(rows):
+    for segment in idle_segments(rows):
         assert not segment["flags"].any()
         assert np.diff(segment["t_s"]) == pytest.approx(1 / RATE, rel=1e-6)
     rows["flags"] = int(RowFlag.CONTACT)

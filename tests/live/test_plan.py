@@ -58,7 +58,6 @@ class Bench:
         self.files = RunFiles()
         measurement: Any = self
         self.file = None
-        self.demo = False
         self.touches_wanted = 4
         self.require_amendable = lambda: None
         self.plan = TouchPlan(measurement, calibration)
@@ -70,7 +69,7 @@ class Bench:
     def begin(self) -> None:
         """Begin the next measurement."""
         self.touches, self.last_s, self.newest_recorder = [], 0.0, None
-        self.plan.begun(SimpleNamespace())  # type: ignore[arg-type]
+        self.plan.begun(SimpleNamespace(source=SimpleNamespace(hand=None)))  # type: ignore[arg-type]
 
     def touch(
         self,

@@ -42,7 +42,6 @@ class Bench:
         self.listeners: list[Any] = []
         self.recording_begun: list[Any] = []
         self.file = None
-        self.demo = False
         self.touches_wanted = 4
         self.recorder = None
         self.ended_recording = None

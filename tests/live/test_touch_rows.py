@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+from collections.abc import Callable
 from typing import Any
 from unittest.mock import AsyncMock
 
@@ -9,7 +10,8 @@ import palpate
 import pytest
 from live_bench import OWN_FILE, Bench, begun
 from live_browser import Browser
-from page_states import Canned
+from page_data import state
+from page_states import Canned, opened
 from palpate.live.levels import MultiresolutionRows
 from palpate.live.open_page import PageClient
 from palpate.live.plan import PlannedTouch
@@ -121,3 +123,42 @@ def test_thousands_of_touches_in_the_page(
         assert float(line["uncertainty"]) == pytest.approx(
             (row["own_error"] ** 2 + (scatter * row["ratio"]) ** 2) ** 0.5
         )
+
+
+HALF = """const scroll = document.querySelector("#touches .scroll"), box = scroll.getBoundingClientRect();
+const foot = box.top + scroll.clientHeight - parseFloat(scroll.style.getPropertyValue("--cut")), head = scroll.querySelector("thead").getBoundingClientRect().bottom;
+return [...document.querySelectorAll("#rows tr[data-touch]")].map((row) => [row.dataset.touch, row.getBoundingClientRect()])
+  .filter(([, { top, bottom }]) => [head, foot].some((edge) => top < edge - 1 && bottom > edge + 1)).map(([number]) => number);"""
+"""Touches whose rows an edge of the table cuts."""
+
+
+def test_the_table_shows_whole_rows_and_no_empty_columns(
+    page: Browser, shown: Callable[..., Canned]
+) -> None:
+    shown("contact")
+    for touch in (None, 12, 3, 18):
+        page.run("palpate.charts.choose(arguments[0])", touch)
+        page.until(lambda: page.run(HALF) == [])
+    scroll = "document.querySelector('#touches .scroll').scrollBy(0, 37)"
+    page.run(scroll)
+    page.until(lambda: page.run(HALF) == [])
+    heads = [one.text for one in page.all("#touches th")]
+    assert "MPa" in heads
+    page.run("palpate.receive('hello', { ...palpate.known.hello, calibrated: false })")
+    assert not {"MPa", "95 % interval"} & {one.text for one in page.all("#touches th")}
+    words = page.run("return document.getElementById('touches').textContent")
+    assert not [word for word in ("revised", "most reliable", "From mean") if word in words]
+
+
+def test_the_distance_from_the_curve_is_that_of_the_touch_shown(page: Browser) -> None:
+    """Not of another touch: without a point of its own there is none."""
+    calibrating = state("calibrate")
+    points = calibrating.told["calibration"]["points"]
+    with Canned(calibrating) as server:
+        opened(page, server, "calibrate")
+        away = 100 * (points[-1]["ratio"] / points[-1]["fitted"] - 1)
+        sign = "+" if away > 0 else "\N{MINUS SIGN}"
+        assert page.text("secondname") == "From the curve"
+        assert page.text("number2") == f"{sign}{abs(away):.1f} %"
+        server.tell("calibration", **(calibrating.told["calibration"] | {"points": points[:-1]}))
+        page.until(lambda: not page["second"].is_displayed())

@@ -57,7 +57,6 @@ CASES: dict[str, tuple[str, Callable[[Browser, Live], None]]] = {
     "saturated": (f"{SOURCE}&fault=overload:5@4", wait_for("saturated")),
     "wire-off": (f"{SOURCE}&idle=20&fault=wire-off:2@4", wait_for("wiring")),
     "outliers": (f"{SOURCE}&fault={SHORTED}", wait_for("left out", "done", "after")),
-    "not-level": ("sim:not-level?seed=1", wait_for("left out")),
     "slept": (f"{SOURCE}&fault=sleep:3600@6", wait_for("gap")),
     "tare-in-contact": (SOURCE, tare_in_contact),
     "killed-server": (SOURCE, kill),
@@ -76,7 +75,12 @@ def main(folder: Path) -> None:
                 page.until(lambda: page.text("verb"))
                 step(page, live)
                 shot(page, folder, name)
-        for name in ("slow", "contact", "idle"):  # no fault of this computer can be ordered
+        for name in (
+            "slow",
+            "flagged",
+            "contact",
+            "idle",
+        ):  # no fault of this computer can be ordered
             with Canned(state(name)) as server:
                 opened(page, server, name, depth="measure")
                 shot(page, folder, name)

@@ -30,8 +30,8 @@ COMMANDS = (
     ),
     "record sim:ten-specimens?seed=3 -o ten-specimens.csv --touches 40",  # played, it is never late, on a busy machine either
 )
-HALF = """const text = (id) => document.getElementById(id).textContent, share = parseFloat(document.querySelector("#bar b").style.width);
-return text("word") === "Hold" && Number(text("mainname").split(" ").at(-1)) >= arguments[0] && share > 50 && share < 85
+HALF = """const text = (id) => document.getElementById(id).textContent, share = parseFloat(document.getElementById("held").style.strokeDasharray);
+return text("verb") === "Hold" && Number(text("readingof").split(" ").at(-1)) >= arguments[0] && share > 50 && share < 85
   && document.getElementById("line").dataset.level === "quiet";"""
 """Whether more than half of this touch, or of a later one, is done, and nothing is wrong."""
 
@@ -58,21 +58,22 @@ def session(page: Browser, folder: Path) -> None:
         "--record", "run.csv", "--calibration", "probe.toml", source="ten-specimens.csv?speed=1"
     ) as live:
         page.driver.get(live.address)
-        page.until(lambda: page.text("word") in ("Touch", "Wait", "Hold"))
+        page.until(lambda: page.text("verb") in ("Touch", "Wait", "Hold"))
         page.choose("signals", "off")  # no flash in a picture
         page.press("p")
         fill = "document.getElementById(arguments[0]).value = arguments[1]"
         for name, text in {"list": PLAN, "title": "ten specimens"}.items():
             page.run(fill, name, text)
         page.all("#plan button.strong")[0].click()
-        for name, size, theme, key, touch in (("light", "desk", "light", "", 10), ("phone", "phone", "light", "", 12), ("dark", "desk", "dark", "k", 25)):  # fmt: skip
+        for name, size, theme, key, touch in (("light", "desk", "light", "", 10), ("phone", "phone", "light", "", 12), ("dark", "desk", "dark", "3k", 25)):  # fmt: skip
             page.size(size)
             page.theme(theme)
             page.press(*key)
             page.until(lambda touch=touch: page.run(HALF, touch), SESSION_S)
             take(page, folder / f"live-{name}.png")
+        page.press("1")
         page.until(
-            lambda: page.text("word") == "Done" and "report ready" in page.text("says"), SESSION_S
+            lambda: page.text("verb") == "Done" and "report ready" in page.text("says"), SESSION_S
         )
         take(page, folder / "live-done.png")
         live.end()

@@ -23,11 +23,11 @@ from palpate.flags import advice, sentences
 from palpate.live.measurement import Keywords, LiveMeasurement
 from palpate.live.plan import KnownSpecimen, TouchKept, TouchPlan
 from palpate.live.protocol import (
-    CalibrationCurve,
     CalibrationMessage,
     CalibrationPoint,
     RefusedCommand,
     RigidRatio,
+    ShownCurve,
     ShownParameter,
 )
 from palpate.live.source_watch import SourceWatch
@@ -61,7 +61,7 @@ class ShownFit:
     details: str
     sound: bool
     parameters: list[ShownParameter]
-    curve: CalibrationCurve | None
+    curve: ShownCurve | None
     rigid: RigidRatio | None
 
 
@@ -402,10 +402,10 @@ def _parameters(found: Calibration) -> list[ShownParameter]:
     return [ShownParameter(row.name, row.value, row.interval) for row in found.parameter_rows()]
 
 
-def _curve(found: Calibration) -> CalibrationCurve:
+def _curve(found: Calibration) -> ShownCurve:
     """Return points of the curve, for the page."""
     curve = found.curve(_POINTS)
-    return CalibrationCurve(
+    return ShownCurve(
         curve.modulus.tolist(), curve.ratio.tolist(), curve.low.tolist(), curve.high.tolist()
     )
 

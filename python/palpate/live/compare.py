@@ -116,8 +116,13 @@ def _with_mean(found: Agreement) -> ShownAgreement:
 
 def _distance(touches: list[ReportedTouch], run: AnalysedRecording) -> float:
     """Return how far the mean of a recording is from the mean of the others, relative to it; 0: there is only one."""
-    own = [touch.ratio for touch in touches if touch.run is run]
-    rest = [touch.ratio for touch in touches if touch.run is not run]
+    own = []
+    rest = []
+    for touch in touches:
+        if touch.run is run:
+            own.append(touch.ratio)
+        else:
+            rest.append(touch.ratio)
     if own and rest:
         return fmean(own) / fmean(rest) - 1
     return 0.0

@@ -18,8 +18,8 @@ from palpate.live.files import RunFiles
 from palpate.live.measurement import (
     EndedRecording,
     Keywords,
-    Mark,
     Measurement,
+    PageMark,
     TrackerState,
 )
 from palpate.live.protocol import FilesState, RefusedCommand, ReviewedFile
@@ -77,7 +77,7 @@ class RecordedMeasurement(Measurement):
         self.sidecar = recording.sidecar
         stored = [mark for mark in self.sidecar.marks if math.isfinite(mark.t_s)]
         for number, mark in enumerate(stored, 1):
-            self.marks.append(Mark(number, mark.t_s, mark.text))
+            self.marks.append(PageMark(number, mark.t_s, mark.text))
         self.tracker_state = TrackerState("waiting")
         self._judged = 0  # judgements so far
         self._verdict = ""  # what `palpate check` says; nothing while it is read

@@ -2,7 +2,6 @@
 
 import re
 from datetime import date
-from itertools import count
 from pathlib import Path
 from typing import Literal
 
@@ -93,10 +92,12 @@ class RunFiles:
     def free(self, name: str) -> Path:
         """Return the path of a new file of this name, with a number behind it if there is such a file."""
         path = self._folder / name
-        if self._is_free(path):
-            return path
-        numbered = (path.with_stem(f"{path.stem}-{number}") for number in count(2))
-        return next(each for each in numbered if self._is_free(each))
+        stem = path.stem
+        number = 2
+        while not self._is_free(path):
+            path = path.with_stem(f"{stem}-{number}")
+            number += 1
+        return path
 
     def made(self, path: Path, kind: FileKind) -> Path:
         """Remember a file that was made, for the page; return its path."""
@@ -107,7 +108,11 @@ class RunFiles:
 
     def find(self, name: str) -> Path | None:
         """Return the path of a file of this run; None for any other name."""
-        return {path.name: path for path in self._made.copy()}.get(name)
+        found = None
+        for path in self._made.copy():
+            if path.name == name:
+                found = path
+        return found
 
     def use_settings(self, settings: SettingsCommand) -> None:
         """Take the settings of later reports."""

@@ -65,7 +65,7 @@ class TrackerState:
 
 
 @dataclass
-class Mark:
+class PageMark:
     """A mark: its number, its time and text; the sample at which it was stamped, and its number in a recording."""
 
     id: int
@@ -153,7 +153,7 @@ class Measurement(Listener):
     def _forget(self) -> None:
         self.touches: list[Touch] = []
         self.ends: dict[int, float] = {}
-        self.marks: deque[Mark] = deque(maxlen=MOST)
+        self.marks: deque[PageMark] = deque(maxlen=MOST)
         self.tares: deque[float] = deque(maxlen=MOST)
         self.levels: MultiresolutionRows = MultiresolutionRows(whole=self._whole)
         self.tracker_state: TrackerState = TrackerState()
@@ -466,7 +466,7 @@ class LiveMeasurement(Measurement):
         self.require_running("mark")
         if self.last is None:
             raise RefusedCommand("mark: no sample has come yet; wait a moment")
-        mark = Mark(next(self._mark_numbers), self.last_s, sample=self.last)
+        mark = PageMark(next(self._mark_numbers), self.last_s, sample=self.last)
         recorder = self.recorder
         if recorder:
             self._put(mark, recorder)
@@ -493,7 +493,7 @@ class LiveMeasurement(Measurement):
             message += " Its recording is closed, and keeps the text it had."
         return MarkAnswer(id, message)
 
-    def _put(self, mark: Mark, recorder: Recorder) -> None:
+    def _put(self, mark: PageMark, recorder: Recorder) -> None:
         try:
             mark.within = (recorder, recorder.mark(mark.text, mark.sample))
         # a recording with 10,000 marks, or one that fails

@@ -24,7 +24,7 @@ _ABOVE = 4.0  # a peak: times the median of the spectrum
 
 def noise_of(rows: Rows) -> str:
     """Return the noise of the newest samples without contact in words; rows: every sample, in order."""
-    segments = idle(rows)
+    segments = idle_segments(rows)
     if not len(segments):
         return f"Noise: wait for {FEWEST} samples without contact, one after the other."
     rate = 1 / float(np.median(np.diff(segments["t_s"], axis=1)))
@@ -36,7 +36,7 @@ def noise_of(rows: Rows) -> str:
     return f"Noise without contact, {segments.size / rate:.0f} s: {', '.join(texts)}."
 
 
-def idle(rows: Rows) -> Rows:
+def idle_segments(rows: Rows) -> Rows:
     """Return the newest samples without contact in segments of one length, one after the other in time; shape (k, n)."""
     other = int(RowFlag.CONTACT | RowFlag.MEASURED | RowFlag.REFUSED | RowFlag.SATURATED)
     usable = (rows["flags"] & other == 0) & np.isfinite(rows["hard"]) & np.isfinite(rows["soft"])

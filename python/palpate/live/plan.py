@@ -82,7 +82,11 @@ class PlannedTouch:
             self.why = self.left_out
             return
         reasons = sentences(against(self.touch), advice(self.touch))
-        self.why = (reasons or ["" if isfinite(self.touch.ratio) else "it has no ratio"])[0]
+        self.why = ""
+        if reasons:
+            self.why = reasons[0]
+        elif not isfinite(self.touch.ratio):
+            self.why = "it has no ratio"
 
 
 @dataclass(frozen=True)
@@ -242,9 +246,10 @@ class TouchPlan(Listener):
         progress.over = False
         if progress.chosen and not progress.named(progress.chosen[1]):
             progress.chosen = None
-        touches = "1 touch" if wanted == 1 else f"{wanted} touches"
-        found = "1 specimen" if len(specimens) == 1 else f"{len(specimens)} specimens"
-        return f"{found}, {touches} of each." if specimens else "No specimens."
+        if not specimens:
+            return "No specimens."
+        count = _counted(len(specimens), "specimen", "specimens")
+        return f"{count}, {_counted(wanted, 'touch', 'touches')} of each."
 
     @staticmethod
     def read_list(text: str, unit: str = "MPa") -> list[ReadLine | None]:
@@ -260,7 +265,9 @@ class TouchPlan(Listener):
     @_changes
     def specimen(self, name: str) -> str:
         """Choose the specimen of the next touch, "": the list decides; return the message."""
-        self.progress.chosen = (self._measurement.last_s, self._in_list(name)) if name else None
+        self.progress.chosen = None
+        if name:
+            self.progress.chosen = (self._measurement.last_s, self._in_list(name))
         self.progress.over = not name
         return self._following() or "All specimens are done: the next touches are of other objects."
 
@@ -285,7 +292,7 @@ class TouchPlan(Listener):
             remark = self._add(one)
         for each in named:
             each.specimen = name
-        count = "1 touch" if len(named) == 1 else f"{len(named)} touches"
+        count = _counted(len(named), "touch", "touches")
         return f"{count}: {name or 'no specimen'}.{remark}"
 
     def _add(self, one: Specimen) -> str:
@@ -322,7 +329,9 @@ class TouchPlan(Listener):
         """Want one touch more of the specimen of the last touch, else of the next one; return the message."""
         progress = self.progress
         specimen = progress.named(progress.last or progress.next)
-        wanted = max(specimen.wanted, len(progress.kept[specimen.name])) + 1 if specimen else 0
+        wanted = 0
+        if specimen:
+            wanted = max(specimen.wanted, len(progress.kept[specimen.name])) + 1
         if not specimen or wanted > stored.MOST_WANTED:
             raise RefusedCommand(
                 f"more: allowed: up to {stored.MOST_WANTED} touches of a specimen of the list"
@@ -379,19 +388,23 @@ class TouchPlan(Listener):
         elif ordered and ended:
             self._amend(ended)
 
+    def _stored_in(self, recorder: Recorder | None) -> stored.Plan:
+        """Return the plan that a recording has."""
+        if self._stored[0] is recorder:
+            return self._stored[1]
+        return _EMPTY
+
     def _amend(self, ended: EndedRecording) -> None:
         """Give a recording that has ended the session as it is now."""
         plan = self._within(ended.first_s)
-        recorder, stored_plan = self._stored
-        amend(ended.path, plan, stored_plan if recorder is ended.recorder else _EMPTY)
+        amend(ended.path, plan, self._stored_in(ended.recorder))
         self._stored = (ended.recorder, plan)
 
     def _store(self, recorder: Recorder, *, wait: bool = False) -> None:
         """Give a recording the session as it is now: what is within it; `wait` for the disk."""
         with self._lock:
             plan = self._within(-inf if recorder.first_s is None else recorder.first_s)
-            stored_in, stored_plan = self._stored
-            if plan == (stored_plan if stored_in is recorder else _EMPTY):
+            if plan == self._stored_in(recorder):
                 return
             try:
                 recorder.session(plan, wait=wait)
@@ -426,14 +439,18 @@ class TouchPlan(Listener):
     def _within(self, first_s: float) -> stored.Plan:
         """Return the plan with what was done from a time on."""
         progress = self.progress
-        newest = progress.present if self._is_review else progress.present[-stored.MOST_TOUCHES :]
+        newest = progress.present
+        if not self._is_review:
+            newest = newest[-stored.MOST_TOUCHES :]
         touches = []
         for done in newest:
             start_s = done.touch.start_s
             if (done.specimen or done.why) and isfinite(start_s) and start_s >= first_s:
                 left_out = done.left_out or (None if done.why else "")
                 touches.append(stored.Entry(start_s, done.specimen, left_out))
-        ratio = progress.calibration.ratio if progress.calibration else progress.kind
+        ratio = progress.kind
+        if progress.calibration:
+            ratio = progress.calibration.ratio
         return replace(
             self._plan,
             specimens=tuple(progress.specimens),
@@ -444,8 +461,10 @@ class TouchPlan(Listener):
 
     def _following(self) -> str:
         self.progress.settle(self._measurement.last_s)
-        following = None if self._is_review else self.progress.next
-        return f"Next: {following}." if following else ""
+        following = self.progress.next
+        if self._is_review or not following:
+            return ""
+        return f"Next: {following}."
 
     def _in_list(self, name: str) -> str:
         if name and not self.progress.named(name):
@@ -502,7 +521,9 @@ class Progress:
     @property
     def ratio_of(self) -> RatioOf:
         """Which ratio of a touch counts."""
-        return self.calibration.ratio_of if self.calibration else RATIOS[self.kind]
+        if self.calibration:
+            return self.calibration.ratio_of
+        return RATIOS[self.kind]
 
     def objections(self, touch: Touch) -> tuple[str, ...]:
         """Return why a touch does not count."""
@@ -653,6 +674,10 @@ class Progress:
         return next((name for name in newest_first if self.named(name)), None)
 
 
+def _counted(number: int, one: str, many: str) -> str:
+    return f"1 {one}" if number == 1 else f"{number} {many}"
+
+
 def specimens_of(text: str, wanted: int, unit: str = "MPa") -> list[Specimen]:
     r"""Return the specimens of a list, as `read_lines` does; `RefusedCommand` has a line for each that is wrong.
 
@@ -684,7 +709,7 @@ def read_lines(text: str, wanted: int = 1, unit: str = "MPa") -> Iterator[Specim
     The decimal point may be a comma. Of each specimen `wanted` touches are wanted.
     """
     names = set[str]()
-    columns = _Columns(without_unit(unit)[1] or 0)
+    columns = _ListColumns(without_unit(unit)[1] or 0)
     for line in text.splitlines():
         name, modulus, uncertainty = _cells(line)
         try:
@@ -709,7 +734,7 @@ def read_lines(text: str, wanted: int = 1, unit: str = "MPa") -> Iterator[Specim
 
 
 @dataclass(frozen=True)
-class _Columns:
+class _ListColumns:
     """The units of a list: power of ten of the moduli in MPa, and unit of the uncertainties."""
 
     power: int
@@ -724,7 +749,8 @@ def _cells(line: str) -> tuple[str, str, str]:
     if between == ",":  # it may be a decimal one, too
         before, _, last = rest.rpartition(",")
         is_uncertainty = "%" in last or "uncertainty" in last
-        modulus, uncertainty = (before, last) if is_uncertainty else (rest, "")
+        modulus = before if is_uncertainty else rest
+        uncertainty = last if is_uncertainty else ""
     return _stripped(name), _stripped(modulus), _stripped(uncertainty)
 
 
@@ -732,17 +758,17 @@ def _stripped(cell: str) -> str:
     return cell.strip('" \t;')
 
 
-def _heading(modulus: str, uncertainty: str) -> _Columns | None:
+def _heading(modulus: str, uncertainty: str) -> _ListColumns | None:
     """Return the units of the names of columns; None: they are not names of columns."""
     bare, power = without_unit(modulus)
     is_named = power is not None or re.search("modul", bare, re.IGNORECASE)
     if not is_named or re.search(r"\d", bare):
         return None
-    return _Columns(power or 0, uncertainty_column(uncertainty))
+    return _ListColumns(power or 0, uncertainty_column(uncertainty))
 
 
 def _specimen(
-    name: str, modulus: str, uncertainty: str, columns: _Columns, wanted: int
+    name: str, modulus: str, uncertainty: str, columns: _ListColumns, wanted: int
 ) -> Specimen:
     """Return the specimen of a line; ValueError: no number, or no name."""
     if not modulus:

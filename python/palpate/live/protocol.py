@@ -416,7 +416,7 @@ class ShownParameter(Struct, frozen=True):
     interval: str
 
 
-class CalibrationCurve(Struct, frozen=True):
+class ShownCurve(Struct, frozen=True):
     """Points of the curve and of its confidence band."""
 
     modulus: list[MaybeNumber]
@@ -447,7 +447,7 @@ class CalibrationMessage(Message, tag="calibration", kw_only=True):
     details: str | UnsetType = UNSET  # of the fit, in the words of `palpate calibrate`
     sound: bool | UnsetType = UNSET
     parameters: list[ShownParameter] | UnsetType = UNSET
-    curve: CalibrationCurve | UnsetType | None = UNSET
+    curve: ShownCurve | UnsetType | None = UNSET
     rigid: RigidRatio | UnsetType | None = UNSET
 
 

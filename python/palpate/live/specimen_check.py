@@ -90,7 +90,10 @@ class SpecimenCheck:
             return None
         if len(progress.kept.get(last.name, ())) < last.wanted:
             return None
-        return next((one for one in known if one.name == last.name), None)
+        for one in known:
+            if one.name == last.name:
+                return one
+        return None
 
     def _note_calibrated(self) -> None:
         """Remember which specimens a calibration was fitted to that is new in this run."""

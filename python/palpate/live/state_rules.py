@@ -494,7 +494,7 @@ def _ready(inputs: StatusInputs) -> tuple[Instruction, StatusLine]:
     if inputs.forced:
         ready = "Ready, if nothing was touched at Tare anyway; else lift the probe, and press Tare."
     parts = [ready, _kept(inputs)]
-    text = " ".join(part for part in parts if part)
+    text = " ".join(filter(None, parts))
     sub = "press, and hold"
     if inputs.next:
         sub = f"{_next(inputs)}: press, and hold"

@@ -332,7 +332,7 @@ export interface ShownParameter {
 }
 
 /** Points of the curve and of its confidence band. */
-export interface CalibrationCurve {
+export interface ShownCurve {
   modulus: (number | null)[];
   ratio: (number | null)[];
   low: (number | null)[];
@@ -360,7 +360,7 @@ export interface CalibrationMessage {
   details?: string;
   sound?: boolean;
   parameters?: ShownParameter[];
-  curve?: CalibrationCurve | null;
+  curve?: ShownCurve | null;
   rigid?: RigidRatio | null;
 }
 
@@ -446,6 +446,7 @@ export interface ComparedMessage {
   of: number;
   scatter: number;
   specimens: ComparedSpecimen[];
+  same: ComparedSpecimen | null;
 }
 
 /** A command was refused. */

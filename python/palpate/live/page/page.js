@@ -138,7 +138,6 @@ function enable(type) {
   const up = !line.down;
   const ended = state.state === "ended";
   const file = hello.kind === "file";
-  const demo = Boolean(simulation?.demo);
   const idle = !up || file || ended;
   if (state.state === "no contact") known.forced = false;
   const anyway = known.forced || state.line?.what === "touched";
@@ -163,12 +162,11 @@ function enable(type) {
   for (const [id, is] of Object.entries(hidden)) $(id).hidden = is;
   for (const [id, is] of Object.entries(disabled)) $(id).disabled = is;
   document.body.classList.toggle("file", file);
-  document.body.classList.toggle("demo", demo);
   document.body.classList.toggle("calibrated", Boolean(hello.calibrated));
   $("tare").dataset.do = anyway ? "tare anyway" : "tare";
   $("tare").firstChild.textContent = anyway ? "Tare anyway " : "Tare ";
   put($("progress").firstChild, state.progress ?? "");
-  put("source", sourceWords(demo));
+  put("source", sourceWords());
   for (const button of document.querySelectorAll("[data-press]")) {
     const { hidden: isHidden, disabled: isDisabled } = $(button.dataset.press);
     button.hidden = isHidden;
@@ -176,12 +174,10 @@ function enable(type) {
   }
 }
 
-function sourceWords(demo) {
+function sourceWords() {
   const { hello, state } = known;
-  const words = [];
-  if (demo) words.push("no board is connected");
-  else words.push(hello.file?.name, (!hello.simulation && hello.device) || hello.source, hello.scene, ...(hello.stated ?? []));
-  words.push(state.recording?.name);
+  const device = (!hello.simulation && hello.device) || hello.source;
+  const words = [hello.file?.name, device, hello.scene, ...(hello.stated ?? []), state.recording?.name];
   return words.filter(Boolean).join(" · ");
 }
 

@@ -18,7 +18,7 @@ export class StatusLine {
   }
 
   show(known) {
-    const { hello, looking } = known;
+    const { looking } = known;
     const { level, what, title, text, since_s: since, glyph } = this.pick(known);
     const sign = glyph ?? GLYPHS[what] ?? GLYPHS[level];
     if ($("line").dataset.level !== level) $("line").dataset.level = level;
@@ -27,7 +27,7 @@ export class StatusLine {
     $("says").title = text;
     document.body.classList.toggle("looking", Boolean(looking));
     put($("pause").firstChild, looking ? "Live " : "Pause ");
-    put("since", sinceWords(what, since, hello));
+    put("since", since && what !== "finished" ? `for ${clock(since)}` : "");
     $("understood").hidden = Boolean(this.down) || what !== "slow";
     put("alarm", level === "fault" ? `${title} ${text}` : "");
     document.title = this.titleOf(known, level, title);
@@ -58,11 +58,6 @@ export class StatusLine {
     clearTimeout(this.waiting);
     if (text) this.waiting = setTimeout(() => this.answer(""), ANSWER_MS);
   }
-}
-
-function sinceWords(what, since, hello) {
-  if (what === "demo") return `round ${hello.measurement}`;
-  return since && what !== "finished" ? `for ${clock(since)}` : "";
 }
 
 // What is between two ` is a command.

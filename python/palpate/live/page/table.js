@@ -6,7 +6,6 @@ import {
   clock,
   inUnit,
   modulusOf,
-  number,
   places,
   plusMinus,
   scatterWords,
@@ -14,7 +13,7 @@ import {
   shoreA,
   signed,
 } from "./formatting.js";
-import { running, truthOf } from "./reading.js";
+import { running } from "./reading.js";
 
 const AFTER_S = 2; // a mark so long after a touch is shown beside it
 const SPARE = 1000; // px above and below what is in sight
@@ -62,15 +61,11 @@ export class Table {
       this.rows = found ?? touches.rows.toReversed();
       this.widest = widest(touches.rows);
     }
-    const demo = Boolean(hello.simulation?.demo);
-    const heads = demo ? ["True ratio", "Away"] : ["% from specimen's mean", settings.unit];
-    const places = $("touches").querySelectorAll("th");
-    heads.forEach((head, i) => put(places[4 + i], head));
     const named = session.specimens.length || touches.rows.some(({ specimen }) => specimen);
     const compared = touches.rows.some(({ deviation }) => Number.isFinite(deviation));
     $("touches").classList.toggle("unnamed", !named);
-    $("touches").classList.toggle("single", !demo && !compared);
-    $("touches").classList.toggle("uncalibrated", !demo && !hello.calibrated);
+    $("touches").classList.toggle("single", !compared);
+    $("touches").classList.toggle("uncalibrated", !hello.calibrated);
     this.draw();
     this.showTogether(touches.together);
     this.showRunning();
@@ -229,7 +224,7 @@ export class Table {
     nth.ariaLabel = ariaLabel;
     const { hello, found } = this.known;
     const begin = found ? clock(one.start_s - (hello.origin_s ?? 0)) : "";
-    const [mean, last] = hello.simulation?.demo ? truthCells(one, hello) : this.meanCells(one);
+    const [mean, last] = this.meanCells(one);
     const optional = (textContent) => make("span", { className: "opt", textContent });
     const beside = shore ? [optional(` · ${shore}`)] : [];
     const title = scatterWords(one.uncertainty_from);
@@ -289,13 +284,6 @@ export class Table {
     if (!touch || event.target.closest("select, option, td:last-child button")) return;
     this.choose(touch === this.known.chosen ? null : touch);
   }
-}
-
-// Of a simulation: the true ratio in its own digits, and how far the estimate is from it.
-function truthCells(one, hello) {
-  const truth = truthOf(hello, one)?.ratio;
-  if (!truth) return ["–", "–"];
-  return [number(truth), `${signed(100 * (one.ratio / truth - 1), 1)} %`];
 }
 
 function gapRow(px) {

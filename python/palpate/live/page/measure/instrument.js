@@ -43,7 +43,8 @@ export class Instrument {
     if (!alarmed) return;
     put("remedyhow", capital(now.sub));
     put("remedywhy", line.text);
-    this.mend = MENDS[line.what];
+    const mendable = now.tone === "fault" || line.what === "touched";
+    this.mend = mendable ? MENDS[line.what] : null;
     const button = $(this.mend);
     $("remedydo").hidden = !button || button.hidden || button.disabled;
     if (button) put("remedydo", button.firstChild.textContent.trim());

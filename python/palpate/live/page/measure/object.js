@@ -5,6 +5,8 @@ import { endsOf, inUnit, modulusOf, plusMinus, sentenceInUnit, settings } from "
 import { running, subject } from "../reading.js";
 
 const MOST_SLOTS = 8; // the newest
+const LEAST_SPREAD = 0.1; // %
+const STEADY = 0.3; // of the usual scatter
 const FEWEST = 3; // specimens of known modulus, for a calibration
 
 export class TouchedObject {
@@ -157,13 +159,14 @@ function meanWords(known) {
   const nothing = { mean: "", spread: "", differs: false };
   const name = objectName(known);
   if (!together || (touches.rows.at(-1)?.specimen ?? null) !== name || together.touches < 2) return nothing;
-  const spread = `${(100 * together.spread).toPrecision(2)} % from touch to touch`;
+  const share = 100 * together.spread;
+  const spread = `${share < LEAST_SPREAD ? `below ${LEAST_SPREAD}` : share.toPrecision(2)} % from touch to touch`;
   const usual = `${Number((100 * together.scatter).toPrecision(2))} %`;
   if (!together.agree) {
     return { mean: `▲ These ${together.touches} touches differ`, spread: `${spread}: a hand has ${usual}. Touch again, or leave one out`, differs: true };
   }
   const mean = hello.calibrated && !calibration.on ? modulusMean(together.modulus) : plusMinus(together.ratio, together.standard_error).join(" ");
-  return { mean: `Mean ${mean}`, spread: `${spread}: as usual for a hand`, differs: false };
+  return { mean: `Mean ${mean}`, spread: `${spread}: ${together.spread < STEADY * together.scatter ? "less than" : "as"} usual for a hand`, differs: false };
 }
 
 function modulusMean(modulus) {
