@@ -4,8 +4,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from palpate import number_format, touches
+from palpate import touches
 from palpate.calibration import Calibration
+from palpate.calibration.paper_figures import draw_spread, parameter_texts
 from palpate.calibration.plot import draw_curve, moduli_axis
 from palpate.calibration.specimen_fit import SpecimenTouches, combined_ratio, fit_specimens
 from palpate.display.plots import HANDHELD, HARD, PAPER, SLOW, TRUTH
@@ -58,34 +59,7 @@ def ten_specimens(seed: int) -> TenSpecimens:
 
 def figure_10(figure: Any, s: TenSpecimens) -> None:
     """Draw ratio against modulus: mean and standard deviation of four touches; inset: logarithmic moduli."""
-    ax = figure.subplots()
-    inset = ax.inset_axes((0.46, 0.19, 0.51, 0.44))
-    moduli = [one.modulus for one in s.paper]
-    means = [one.mean for one in s.paper]
-    spread = [one.mean * one.spread for one in s.paper]
-    for axes in (ax, inset):
-        axes.errorbar(moduli, means, spread, fmt="o", color=PAPER, capsize=2, linewidth=0.8, markersize=4, mfc="none",
-                      label="mean and std. deviation")  # fmt: skip
-        for one in s.paper:
-            dots = [touch.ratio for touch in one.touches]
-            label = "the four touches" if one is s.paper[0] else None
-            axes.plot(
-                [one.modulus] * len(dots),
-                dots,
-                ".",
-                color=HARD,
-                markersize=2,
-                label=label,
-                zorder=3,
-            )
-    ax.set_xlim(-0.2, 9.2)
-    ax.set_ylim(0, 10)
-    ax.set_xlabel("Young's modulus, MPa")
-    ax.set_ylabel("capacitance ratio")
-    moduli_axis(inset)
-    inset.set_xlabel("the same, logarithmic", fontsize=7)
-    inset.tick_params(labelsize=6)
-    ax.legend(loc="upper left")
+    draw_spread(figure, s.paper)
 
 
 def figure_11(figure: Any, s: TenSpecimens) -> None:
@@ -130,19 +104,10 @@ def figure_12(figure: Any, s: TenSpecimens) -> None:
         ax.text(
             0.03,
             0.97,
-            "\n".join([*_parameters(fitted), truth]),
+            "\n".join([*parameter_texts(fitted), truth]),
             transform=ax.transAxes,
             va="top",
             fontsize=7,
         )
         ax.set_ylim(0, 13.5)
         ax.label_outer()
-
-
-def _parameters(fitted: Calibration) -> list[str]:
-    lines = []
-    for name, ends in fitted.parameter_intervals().items():
-        if ends[1] > ends[0]:
-            value, low, high = number_format.between(getattr(fitted.probe, name), *ends)
-            lines.append(f"{name.replace('_', ' ')} {value} ({low} to {high})")
-    return lines

@@ -98,6 +98,11 @@ class Touch:
     >>> [touch] = palpate.touches(scenarios.run("not-level"))
     >>> touch.samples, round(touch.ratio, 2), "offset" in touch.flags
     (250, 2.79, True)
+    >>> print(palpate.Uncertainty.of(touch))
+    2.79 ± 0.10 (assumed)
+    >>> [advice] = palpate.advice(touch)
+    >>> print(advice)  # doctest: +ELLIPSIS
+    offset: ... With this offset taken out, the ratio is 2.844 ± 0.085 (assumed)
     """
 
     start: int

@@ -198,6 +198,28 @@ def slow(chip: SimulatedChip) -> None:
     chip.pace = 1.15
 
 
+@pytest.mark.parametrize("idle_pF", [15.0, 20.0, 22.0, 24.0])
+def test_the_step_of_the_capdac_is_measured_with_a_large_sensor(idle_pF: float) -> None:
+    """Near the end of the range, where settings that are far apart give saturated codes."""
+    board = Board()
+    board.kit.chip.dac_step_pF = (0.164, 0.164)
+    board.idle_pF = [idle_pF, idle_pF]
+    steps = {step.name: step for step in board.accept(only=["inputs", "capdac"])}
+    for pin in (1, 2):
+        step = steps[f"CAPDAC step at CIN{pin}"]
+        assert step.verdict == Verdict.OK, step.lines()
+        assert step.values[f"capdac_step_{pin}_pF"] == pytest.approx(0.164, rel=0.01)
+
+
+def test_a_sensor_above_the_range_is_no_chip_outside_its_data_sheet() -> None:
+    board = Board()
+    board.kit.chip.dac_step_pF = (0.164, 0.164)
+    board.idle_pF = [25.0, 25.0]
+    steps = board.accept(only=["inputs", "capdac"])
+    assert "a sensor above the range, some 25 pF, needs a capacitor in series" in said(steps)
+    assert "outside its data sheet" not in said(steps)
+
+
 def without_supply(chip: SimulatedChip) -> None:
     chip.supply_V = 2.2
 

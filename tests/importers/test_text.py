@@ -65,7 +65,7 @@ def test_the_same_table_in_many_dialects(text: str | bytes) -> None:
             "0,1,2",
             ["Time (s)", "Ch1 C (pF)", "Ch2 C (pF)"],
         ),
-        ("t;C1;C2\ns;pF;pF", "0;1;2", ["t s", "C1 pF", "C2 pF"]),
+        ("t;C1;C2\ns;pF;pF", "0;1;2", ["t (s)", "C1 (pF)", "C2 (pF)"]),
         ("Logger 7", "0;1;2", ["column 1", "column 2", "column 3"]),
         (
             "% Model: a.mph\n% Time (s)    C1 (pF)   C2 (pF)",

@@ -69,6 +69,55 @@ def test_times_in_any_notation(cells: Any, name: str, notation: str, utc: bool) 
         assert not utc or found.zero_ns == DATE * 10**9
 
 
+@pytest.mark.parametrize(
+    ("cells", "name", "notation", "note"),
+    [
+        (
+            (2**32 - 50 * STEP_US + ROW * STEP_US) % 2**32,
+            "micros",
+            "us",
+            "a counter of 32 bits in us began again 1 time: the times go on",
+        ),
+        (
+            (2**16 - 50 + ROW * 26) % 2**16,
+            "t_ms",
+            "ms",
+            "a counter of 16 bits in ms began again 1 time: the times go on",
+        ),
+        (
+            stamps("%H:%M:%S.%f", BEGUN.replace(hour=23, minute=59, second=58)),
+            "time",
+            "times of day",
+            "the time of day began again 1 time: the times go on",
+        ),
+        (
+            stamps("%m/%d/%Y %I:%M:%S.%f %p", BEGUN.replace(hour=23, minute=59, second=58)),
+            "time",
+            "dates",
+            "",
+        ),
+        (stamps("%d.%m.%Y %H:%M:%S.%f", BEGUN.replace(day=2)), "time", "dates", ""),
+        (
+            stamps("%m/%d/%y %I:%M:%S.%f %p", BEGUN.replace(day=2)),
+            "time",
+            "times of day",
+            "11/2/25 is a day of November or of February: only the time of day is used",
+        ),
+        (stamps("%I:%M:%S.%f %p"), "time", "times of day", ""),
+        ([f"{t:.6f} sec" for t in SECOND + 7], "Time", "durations in s", ""),
+        ([f"{1e3 * t:.3f} ms" for t in SECOND + 7], "Time", "durations in ms", ""),
+        ([f"{t / 10:.8f}D+01" for t in SECOND], "t_s", "s", ""),
+    ],
+)
+def test_times_that_go_on_or_are_written_in_a_way_of_their_own(
+    cells: Any, name: str, notation: str, note: str
+) -> None:
+    found = read(cells, name)
+    step = 26_000 if "16 bits" in note else STEP_US
+    assert found.seconds - found.seconds[0] == pytest.approx(ROW * step / 1e6, rel=0, abs=2e-6)
+    assert (found.notation, found.note) == (notation, note)
+
+
 def test_whole_numbers_and_dates_lose_no_nanosecond() -> None:
     found = read(DATE * 10**9 + 123_456_789 + ROW * STEP_US * 1000)
     assert (found.seconds.tolist(), found.zero_ns) == (SECOND.tolist(), DATE * 10**9 + 123_456_789)
@@ -120,21 +169,26 @@ def test_an_asked_unit_is_used_as_given() -> None:
     [
         (SECOND % 2.6 + 5, 102, "goes back by 2.57 s, and so in 1 rows in all: allowed: one"),
         (SECOND[::-1], 3, "goes back by 0.026 s, and so in 199 rows in all"),
-        ((2**32 - 50 * STEP_US + ROW * STEP_US) % 2**32 / 1e6, 52, "in 1 rows in all"),
+        ((2**32 - 50 * STEP_US + ROW * STEP_US) % 2**31 / 1e6, 52, "in 1 rows in all"),
         (np.array([0.0, 0.026, np.nan, 0.078]), 4, "'nan' in column 1 (t_s) is no time"),
         (["0", "26", "", "78"], 4, "an empty cell in column 1 (t_s) is no time"),
         (["0", "26", "x", "78"], 4, "'x' in column 1 (t_s) is neither a number"),
         (
-            stamps("%H:%M:%S.%f", BEGUN.replace(hour=23, minute=59, second=58)),
-            79,
-            "goes back by 8.64e+04 s",
+            stamps("%H:%M:%S.%f")[::-1],
+            3,
+            "goes back by 0.026 s",
         ),
         (["12:00:00.1", "12:00:00.2", "12:00:60.3"], 4, "is no time; write it as"),
         (["12:00:00.1", "12:00:00.2", "0.3"], 4, "'0.3' in column 1 (t_s) is no time"),
         (["2026-01-01T12:00:00Z", "2026-01-01T12:00:01"], 3, "is another kind of time"),
         (["2026-01-30T12:00:00", "2026-02-30T12:00:01"], 3, "is no time; write it as"),
         (
-            ["11/21/2026 12:00:00 PM", "11/21/2026 12:00:01 PM"],
+            ["11/21/2026 12:00:00 PM", "21/11/2026 12:00:01 PM"],
+            2,
+            "is no time; write it as 2026-11-21",
+        ),
+        (
+            ["2/3/2026 12:00:00", "2/9/2026 12:00:01"],
             2,
             "is no time; write it as 2026-11-21",
         ),

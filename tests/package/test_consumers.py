@@ -1,6 +1,7 @@
 """A foreign C++ project, built in each way that is offered."""
 
 import json
+import shutil
 import subprocess
 import tarfile
 from pathlib import Path
@@ -45,6 +46,27 @@ def test_add_subdirectory_and_fetch_content(cmake: str, tmp_path: Path, source: 
     }
     configure(cmake, CONSUMER, tmp_path / "build", f"-DPALPATE_{wanted[source]}")
     assert run(tmp_path / "build" / "consumer") == EXPECTED
+
+
+def test_without_a_compiler_the_error_names_the_package(cmake: str, tmp_path: Path) -> None:
+    programs = tmp_path / "bin"
+    programs.mkdir()
+    (programs / "cmake").symlink_to(cmake)
+    for name in ("make", "ninja", "sh"):
+        found = shutil.which(name)
+        if found:
+            (programs / name).symlink_to(found)
+    done = subprocess.run(
+        [programs / "cmake", "-S", ROOT, "-B", tmp_path / "build"],
+        env={"PATH": str(programs)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    message = " ".join(done.stderr.split())
+    assert done.returncode != 0
+    assert "no C++ compiler found, allowed: one of C++17: sudo apt install g++" in message
+    assert "xcode-select --install (macOS)" in message
 
 
 def test_cmake_install(cmake: str, tmp_path: Path) -> None:

@@ -3,11 +3,12 @@
 from typing import Any
 
 import pytest
+from palpate import line_protocol
 from palpate.acceptance import chip_steps, driver_steps
 from palpate.ad7746 import converter, driver, registers, wiring, wiring_watch
 from palpate.ad7746.evalkit import usb_bus
 from palpate.importers import units
-from palpate.sources import iio, line_protocol, lsl, serial
+from palpate.sources import iio, lsl, serial
 from project import ROOT
 
 LIMITS: list[tuple[str, str, Any, Any]] = [

@@ -14,7 +14,7 @@ NS = {"s": 1e9, "ms": 1e6, "us": 1e3, "ns": 1}
 WHOLE = {"seq": (0, 2**32 - 1), "hard_raw": (-1, 2**24 - 1), "soft_raw": (-1, 2**24 - 1), "capdac_hard": (0, 255),
          "capdac_soft": (0, 255), "status": (0, 8), "t_uncertainty_us": (-1, 2**31 - 1)}  # fmt: skip
 NUMBER = r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
-MARK = r"[+-]*(?:OL|OVL|OVLD|OVER|OVERLOAD|OVF|NAN|INF)"
+MARK = r"[+-]*(?:OL|OVL|OVLD|OVER|OVERLOAD|OVF|NAN|INF)|NULL"
 UNITS = "|".join((*PF, *NS))
 Cells = list[tuple[str, str]]
 
@@ -38,6 +38,7 @@ def strict(line: bytes) -> tuple[float, float] | None:
             return None
         return _pair([(label, "nan" if value is None else str(value)) for label, value in cells])
     text = text[1:-1] if text[:1] + text[-1:] == "()" else text.removeprefix(">")
+    text = re.sub(r"([A-Za-z_]\w*) ?[(\[]([A-Za-z]+)[)\]](?=\s*[=:])", r"\1_\2", text)
     parts = re.split(r"\s*[,;|]\s*|\s+", re.sub(r"\s*([=:])\s*", r"\1", text.strip()))
     parts = parts[:-1] if parts[-1:] == [""] else parts
     named = [re.match(r"([A-Za-z_][A-Za-z0-9_]*)[=:]", part) for part in parts]
@@ -86,14 +87,38 @@ def _pair(cells: Cells) -> tuple[float, float] | None:
 
 def _role(label: str) -> tuple[str, str]:
     """Return what a name means, "" if nothing, and its unit."""
+    if label.strip() == "T":  # a temperature
+        return "", ""
     plain = {"millis": "t_ms", "micros": "t_us"}.get(label.strip().lower(), label.strip().lower())
     if plain in WHOLE:
         return plain, ""
     match = re.fullmatch(rf"(hard|soft|c1|c2|time|t_hard|t_soft|t)(?:_({UNITS}))?", plain)
     if not match:
+        match = re.fullmatch(
+            rf"({TABLE_NAMES})(?:[ _]({UNITS}|sec)| ?[(\[]({UNITS}|sec)[)\]])?", plain
+        )
+        match = match and re.fullmatch(
+            r"(\S+) (\S*)", f"{table_role(match[1])} {match[2] or match[3] or ''}"
+        )
+    if not match:
         return "", ""
     role, unit = {"c1": "hard", "c2": "soft", "time": "t"}.get(match[1], match[1]), match[2] or ""
+    unit = unit.replace("sec", "s")
     return (role, unit) if unit in ("", *(PF if role in ("hard", "soft") else NS)) else ("", "")
+
+
+TABLE_NAMES = (
+    r"c?[ _]?(?:hard|soft)(?:[ _]?bump)?|(?:c|cin|cap|capacitance)[ _]?[12]"
+    r"|t|time|time[ _]?stamp|elapsed(?:[ _]?time)?|(?:t|time)[ _]?(?:hard|soft)"
+)
+
+
+def table_role(name: str) -> str:
+    """Return the role of a name of a table."""
+    if name[0] in "te":
+        side = re.search("hard|soft", name)
+        return f"t_{side[0]}" if side else "t"
+    return "hard" if "hard" in name or name.endswith("1") else "soft"
 
 
 def _value(role: str, unit: str, text: str) -> float | None:
@@ -112,7 +137,7 @@ def _value(role: str, unit: str, text: str) -> float | None:
 
 
 _PIECES = ["hard", "soft", "Hard", "C1", "C2", "hard_raw", "soft_raw", "t", "t_ms", "t_hard_us", "t_soft_us", "seq", "status", "capdac_hard",
-           "millis", "hard_fF", "soft_pF", "humidity", "=", ":", " = ", ",", ", ", ";", "|", "\t", " ", "6.92", "4.69",
+           "millis", "hard_fF", "soft_pF", "humidity", "CIN1", "CIN2", "Hard (pF)", "timestamp", "cap_1", "=", ":", " = ", ",", ", ", ";", "|", "\t", " ", "6.92", "4.69",
            "-0.5", ".5", "7", "7.", "0", "8388608", "16777215", "-1", "1e-3", "6,92", "1234", "9.9E+37", "1e31", "1_0", "0x1B", "OL", "-OL", "nan",
            "inf", "pF", "{", "}", '"', '"hard":6.92', '"soft":4.69', '"t_ms":5', "null", "1e400", "Infinity",
            "NaN", "true", "12:21:46", "Jul", "*00", "#", "+", "-", ".", "e", "\xa0", "\x00", "é",
@@ -121,7 +146,7 @@ _GOOD = ["hard:6.92,soft:4.69", "C1=6.92 C2=4.69", '{"hard":6.92,"soft":4.69}', 
          "hard=6,92;soft=4,69", "hard_fF=6920|soft_pF=4.69", "-0.5 +0.25", "hard=1,soft=2*3E",
          "seq=1,t_hard_us=5,t_soft_us=6,hard_raw=8388608,soft_raw=1,capdac_hard=4,capdac_soft=5,status=0", "hard=OL,soft=1",
          "hard_raw=-1,soft_raw=5,status=8", "1234,6.92,4.69", "12:21:46 6.92 4.69", "(6.92, 4.69)", ">hard:6.92,soft:4.69",
-         "6.92,4.69,"]  # fmt: skip
+         "6.92,4.69,", "CIN1=6.92,CIN2=4.69", "Hard (fF): 6920; Soft (pF): 4.69"]  # fmt: skip
 
 
 def line_of(rng: Random) -> bytes:

@@ -6,13 +6,13 @@
 import re
 
 from h11._connection import DEFAULT_MAX_INCOMPLETE_EVENT_SIZE as LARGEST_REQUEST
-from palpate import files, messages
+from palpate import files, line_protocol, messages
 from palpate.ad7746.evalkit import usb_bus
 from palpate.calibration import specimen_files
 from palpate.live import access, page_commands, peers
 from palpate.live import files as run_files
 from palpate.recording import sidecar
-from palpate.sources import iio, line_protocol, options
+from palpate.sources import iio, options
 from project import ROOT
 
 PAGE = ROOT / "SECURITY.md"
@@ -68,7 +68,7 @@ def inputs() -> list[tuple[str, ...]]:
         ),
         (
             "lines on a serial port",
-            "`palpate/sources/line_protocol.py`",
+            "`palpate/line_protocol.py`",
             _size(line_protocol.LONGEST),
             "`ProtocolError` until lines can be read, then counted",
         ),

@@ -5,7 +5,7 @@ from typing import Any
 
 from palpate import Sample
 from palpate.errors import ProtocolError
-from palpate.sources.line_protocol import Refused
+from palpate.line_protocol import Refused
 from palpate.sources.serial import SerialOptions, SerialSource
 from recording_bench import SampleReader
 

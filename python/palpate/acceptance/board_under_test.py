@@ -31,7 +31,7 @@ _TRIALS = 16  # of the search for a CAPDAC
 _CENTRED_PF = 0.3
 _PRECISE_PF = 0.1  # below, the CAPDAC's 20 % do not count, and a level has one digit more
 _STEP_READINGS = 4  # whose mean is taken at each of two CAPDAC settings
-_STEPS_APART = 16  # the distance of these two settings
+_STEPS_APART = (16, 8, 4, 2, 1)  # distances of these two settings that are tried
 
 
 Ask = Callable[[str], bool]
@@ -126,17 +126,28 @@ class Chip:
 
     def capdac_step(
         self, pin: int, excitation: str, level: InputLevel, base: Configuration
-    ) -> float:
-        """Return the size of this chip's CAPDAC step near a level, pF."""
-        lowest = max(level.capdac - _STEPS_APART // 2, -registers.DAC_STEPS)
-        first = min(lowest, registers.DAC_STEPS - _STEPS_APART)
-        before_pF = self._mean_pF(pin, Channel(capdac=first, excitation=excitation), base)
-        second = first + _STEPS_APART
-        after_pF = self._mean_pF(pin, Channel(capdac=second, excitation=excitation), base)
-        return (before_pF - after_pF) / _STEPS_APART
+    ) -> float | None:
+        """Return the size of this chip's CAPDAC step near a level, pF.
 
-    def _mean_pF(self, pin: int, channel: Channel, base: Configuration) -> float:
-        return mean(self.capacitance(pin, channel, base).capacitance for _ in range(_STEP_READINGS))
+        Two settings are compared, as far apart as both are within the range. None: there are no
+        two such settings, as the sensor is at the end of the range.
+        """
+        for apart in _STEPS_APART:
+            lowest = max(level.capdac - apart // 2, -registers.DAC_STEPS)
+            first = min(lowest, registers.DAC_STEPS - apart)
+            before_pF = self._mean_pF(pin, Channel(capdac=first, excitation=excitation), base)
+            second = first + apart
+            after_pF = self._mean_pF(pin, Channel(capdac=second, excitation=excitation), base)
+            if before_pF is not None and after_pF is not None:
+                return (before_pF - after_pF) / apart
+        return None
+
+    def _mean_pF(self, pin: int, channel: Channel, base: Configuration) -> float | None:
+        """Return the mean of several readings, pF; None: one is saturated."""
+        readings = [self.capacitance(pin, channel, base) for _ in range(_STEP_READINGS)]
+        if any(reading.status for reading in readings):
+            return None
+        return mean(reading.capacitance for reading in readings)
 
     def _count_lost(self) -> None:
         self.counters.lost += 1

@@ -27,6 +27,7 @@ _LEAST_NOISE = 0.3
 _FEWEST_CODES = 4
 _NO_GAINS = ("0000", "ffff")
 _NO_SIGNAL = "no signal: see the inputs"
+_AT_END = "the sensor is at the end of the CAPDAC's range"
 AGAIN = "run this again without other programs"
 _REPLUG = "unplug the board for a moment, and run this again"
 _STILL = "keep hands and cables still, the probe in the air, and run this again"
@@ -171,6 +172,9 @@ def check_capdac(board: BoardUnderTest) -> Iterator[Step]:
             continue
         excitation = board.excitation(pin)
         step_pF = board.chip.capdac_step(pin, excitation, level, board.configuration)
+        if step_pF is None:
+            yield Step.not_done(name, _AT_END)
+            continue
         yield Step.judged(
             name,
             f"{step_pF:.4f} pF",

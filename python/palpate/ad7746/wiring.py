@@ -17,6 +17,8 @@ from palpate.samples import Status
 # An input with less than this has no sensor. Open inputs of a real board should have some fF [?].
 EMPTY_PF = 0.05
 MOST_PF = 17.0  # Range that every chip has; most have more.
+# Range of a typical chip: its CAPDAC, and the range of the converter.
+LARGEST_PF = registers.DAC_STEPS * registers.DAC_STEP_PF + registers.FULL_SCALE_PF
 # CAPDAC steps that are tried: two neighbours see a common value on every chip, whose steps are 0.13
 # to 0.2 pF.
 _STEPS = (0, 37, 74, 111, registers.DAC_STEPS)
@@ -196,9 +198,11 @@ class Wiring:
         for name in bump.own if bump.answers else "AB":
             if math.isinf(bump.on[name].pF):
                 wires = f"CIN{bump.plus} and EXC{name}"
+                causes = f"a short between {wires}, or a cable that is long or has no shield"
+                large = f"a sensor above the range, some {LARGEST_PF:.0f} pF, needs a capacitor in series"
                 yield Mistake(
                     f"{bump.place} has {bump.on[name]} on EXC{name}",
-                    f"look for a short between {wires}, or a cable that is long or has no shield",
+                    f"look for {causes}; {large}",
                 )
                 return
         if not bump.answers:

@@ -150,6 +150,8 @@ def fit_data(
 
 def _for_each(given: ArrayLike | None, default: float, shape: tuple[int, ...]) -> Array:
     """Return a value for each row: those given, one value repeated, or the default."""
+    if np.ma.isMaskedArray(given):
+        return np.ma.filled(np.ma.asarray(given, dtype=float), np.nan)
     values = np.asarray(default if given is None else given, dtype=float)
     if values.ndim == 0:
         values = np.broadcast_to(values, shape)
@@ -178,6 +180,8 @@ def _column(
     allowed: str,
 ) -> Array:
     """Return one column of the data as a new array."""
+    if np.ma.isMaskedArray(given):
+        given = np.ma.filled(np.ma.asarray(given, dtype=float), np.nan)
     values: Array = np.array(given, dtype=float)
     if values.ndim != 1 or values.shape != shape:
         raise ValueError(f"{name}: got shape {values.shape}, allowed: (n,), the same for all")

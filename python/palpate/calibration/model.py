@@ -127,6 +127,17 @@ class Calibration(StoredCalibration, Plotted):
         Comparisons with specimens of known modulus since then.
     stiffening_share : float, 0 to 1
         Share of the touches with the flag "stiffens".
+
+    Examples
+    --------
+    >>> ratios = [1.60, 1.62, 2.86, 2.81, 4.93, 5.02, 8.31, 8.20]
+    >>> moduli = [0.105, 0.105, 0.354, 0.354, 1.09, 1.09, 5.4, 5.4]  # MPa
+    >>> calibration = Calibration.fit(ratios, moduli)
+    >>> value, low, high = calibration.modulus(3.5)
+    >>> print(calibration.modulus(3.5))
+    0.537 MPa (0.504 to 0.573)
+    >>> low < value < high
+    True
     """
 
     @classmethod

@@ -30,6 +30,8 @@ from palpate.cli.paths import (
     OUTPUT,
     OUTPUT_FOLDER,
     InputFile,
+    Recordings,
+    all_files,
     force_option,
     require_free,
     require_free_in,
@@ -71,7 +73,9 @@ _LONGEST_DOUBTS = 1000  # characters
 
 
 @click.command("calibrate")
-@click.argument("files", metavar="FILE...", nargs=-1, required=True, type=InputFile())
+@click.argument(
+    "files", metavar="FILE...", nargs=-1, required=True, type=Recordings(), callback=all_files
+)
 @click.option(
     "--moduli",
     type=InputFile(),
@@ -151,6 +155,9 @@ def calibrate_command(
     tracker: TrackerOptions,
 ) -> None:
     """Fit a calibration to recordings of touches on known objects.
+
+    FILE may be a folder, or a pattern in quotes as "monday/**.csv"; a table of moduli among the
+    files, by --moduli or named moduli.csv, is not read as a recording.
 
     A recording may hold several touches. If its sidecar says which touch was on which specimen
     (`palpate live`), that and its moduli are used, those of --moduli before them, and touches that

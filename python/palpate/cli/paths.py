@@ -67,6 +67,14 @@ class Recordings(click.Path):
         return FileArgument(files, is_pattern=True)
 
 
+def all_files(
+    _context: click.Context, _parameter: click.Parameter, arguments: tuple[FileArgument, ...]
+) -> tuple[Path, ...]:
+    """Return the files of all arguments, each once."""
+    files = chain.from_iterable(argument.files for argument in arguments)
+    return tuple(dict.fromkeys(files))
+
+
 def _find_recordings(pattern: str) -> list[Path]:
     """Return the files that may be recordings, sorted; no sidecar, hidden file or repair's copy."""
     from palpate.importers.formats import readable

@@ -1,4 +1,4 @@
-"""`palpate check`, `import`, `convert`, `plot` and `report`: commands for whole recordings."""
+"""`palpate check`, `import`, `convert` and `report`: commands for whole recordings."""
 
 import sys
 from collections.abc import Mapping, Sequence
@@ -22,27 +22,33 @@ from palpate.cli.output import (
     print_text,
     reading_progress,
 )
-from palpate.cli.paths import OUTPUT, InputFile, force_option, require_free, with_sidecar
+from palpate.cli.paths import (
+    OUTPUT,
+    InputFile,
+    Recordings,
+    all_files,
+    force_option,
+    require_free,
+    with_sidecar,
+)
 from palpate.cli.shared_options import (
     INPUT,
     SourceOptions,
-    TrackerOptions,
     reading_options,
-    replaying_options,
     simulation_note,
+    soft_later_option,
 )
 from palpate.display.text import counted
 from palpate.errors import RecordingError
 from palpate.flags import Suspicion, advice_at_end
-from palpate.importers.formats import read_table
 from palpate.importers.table import ReadOptions, Table
 from palpate.messages import listed, shortened
 from palpate.recording.convert import convert as convert_recording
 from palpate.recording.csv_reader import is_own
 from palpate.recording.opened import OpenedRecording
-from palpate.recording.reading import of_table, recorded
+from palpate.recording.reading import of_table, recorded, with_soft_later
+from palpate.recording.tables import open_table
 from palpate.recording.verification import Verification, check_opened
-from palpate.tracking import tracked
 
 _PREVIEW_ROWS = 4
 _PREVIEW_WIDTH = 24  # characters of a cell
@@ -50,7 +56,9 @@ _MOST_RATIOS = 8  # in one line
 
 
 @click.command("check")
-@click.argument("files", metavar="FILE...", nargs=-1, required=True, type=INPUT)
+@click.argument(
+    "files", metavar="FILE...", nargs=-1, required=True, type=Recordings(), callback=all_files
+)
 @reading_options
 @click.option(
     "--repair",
@@ -61,6 +69,8 @@ _MOST_RATIOS = 8  # in one line
 @json_option
 def check_command(files: tuple[Path, ...], reading: SourceOptions, repair: bool, yes: bool) -> None:
     """Check that recordings are complete, without gaps and not saturated.
+
+    FILE may be a folder, or a pattern in quotes as "monday/**.csv".
 
     --repair never removes a row that can be read. The files before the repair are kept in
     NAME.csv.unrepaired and NAME.json.unrepaired. More than an incomplete last row is removed only
@@ -138,8 +148,9 @@ def _verification_text(report: Verification) -> str:
 @click.command("import")
 @click.argument("file", type=INPUT)
 @reading_options
+@soft_later_option
 @json_option
-def import_command(file: Path, reading: SourceOptions) -> None:
+def import_command(file: Path, reading: SourceOptions, soft_later_ms: float | None) -> None:
     """Show how a table of another program is read.
 
     FILE is a table with two channels: text, Excel, Parquet, Arrow, XDF, also packed as .gz. Prints
@@ -157,12 +168,12 @@ def import_command(file: Path, reading: SourceOptions) -> None:
         raise click.UsageError(f"{file}: is a recording of palpate, allowed: {allowed}")
     with usage_errors():
         options = ReadOptions(**reading.keywords())
-        table = read_table(file, options)
+        table = open_table(file, options)
         if not is_json():  # before it is understood: the columns help to set the options
             size = f"{len(table.columns)} columns, {len(table)} rows"
             print_text(f"{file}: {size}\n{_preview(table)}")
-        recording = of_table(file, table, options)
-    measured = touches(recording)
+        recording = with_soft_later(of_table(file, table, options), soft_later_ms)
+        measured = touches(recording)
     notes = list(recording.notes)
     for advice in chain.from_iterable(advice_at_end(measured)):
         if advice.flag is Suspicion.SWAPPED and str(advice) not in notes:
@@ -204,9 +215,12 @@ def _preview(table: Table) -> str:
     help="NAME.parquet, NAME.arrow, or NAME.csv for palpate's own format.",
 )
 @reading_options
+@soft_later_option
 @force_option
 @json_option
-def convert_command(file: Path, output: Path, reading: SourceOptions, force: bool) -> None:
+def convert_command(
+    file: Path, output: Path, reading: SourceOptions, soft_later_ms: float | None, force: bool
+) -> None:
     """Convert a recording to Parquet, Arrow, or palpate's own CSV.
 
     FILE is a recording, or a table of another logger. Every row is kept; a row without a value is
@@ -224,7 +238,7 @@ def convert_command(file: Path, output: Path, reading: SourceOptions, force: boo
     inputs = filter(None, (file, reading.soft))
     require_free(with_sidecar(output), inputs, force=force)
     with usage_errors():
-        recording = recorded(file, **reading.keywords())
+        recording = with_soft_later(recorded(file, **reading.keywords()), soft_later_ms)
         rows = convert_recording(recording, output, force=force)
     notes = _conversion_notes(recording)
     document: dict[str, object] = {
@@ -234,7 +248,8 @@ def convert_command(file: Path, output: Path, reading: SourceOptions, force: boo
         "lost": recording.survey.refused,
         "notes": notes,
     }
-    _finish(recording, document, notes, f"{output}: {rows} rows")
+    shown = [recording.understood, *notes]
+    finish(recording.doubts, document, shown, f"{output}: {rows} rows")
 
 
 def _conversion_notes(recording: OpenedRecording) -> list[str]:
@@ -248,52 +263,13 @@ def _conversion_notes(recording: OpenedRecording) -> list[str]:
     return notes
 
 
-def _finish(
-    recording: OpenedRecording, document: dict[str, object], notes: list[str], text: str
+def finish(
+    doubts: Sequence[str], document: dict[str, object], notes: list[str], text: str
 ) -> NoReturn:
-    """Print result and notes, and exit: NOT_RELIABLE if the recording is not as it was written."""
-    print_notes(document["file"], dict.fromkeys([recording.understood, *notes]))
+    """Print result and notes, and exit: NOT_RELIABLE if a recording is not as it was written."""
+    print_notes(document["file"], dict.fromkeys(notes))
     print_result(document, text)
-    sys.exit(ExitCode.NOT_RELIABLE if recording.doubts else ExitCode.DONE)
-
-
-@click.command("plot")
-@click.argument("file", type=INPUT)
-@click.option("-o", "output", required=True, type=OUTPUT, help="NAME.png, NAME.pdf or NAME.svg.")
-@replaying_options
-@force_option
-@json_option
-def plot_command(
-    file: Path, output: Path, reading: SourceOptions, tracker: TrackerOptions, force: bool
-) -> None:
-    """Draw a recording, with the ratio of each touch.
-
-    Above are the changes of both channels over time, below is the ratio of each touch at its begin.
-    The touches are those of `palpate replay` with the same options. What is wrong with the
-    recording appears on standard error and in the notes of --json. Exit codes: 4, not a recording,
-    a damaged one, or the output exists; 5, drawn, but the recording is not as it was written; 6,
-    matplotlib is missing.
-
-    \b
-    Example:
-      palpate plot run.csv -o run.png
-    """  # noqa: D301
-    from palpate.display import plots
-
-    with usage_errors():
-        require_free([output], [file], force=force)
-        plots.require_figure_name(output)
-        recording = recorded(file, **reading.keywords())
-        found = tracked(recording, **tracker.for_recording(recording)).touches
-        plots.save_figure(recording.in_memory(), found, output)
-    notes = list(filter(None, (recording.understood, *found.notes)))
-    document: dict[str, object] = {
-        "file": str(file),
-        "written": str(output),
-        "touches": len(found),
-        "notes": notes,
-    }
-    _finish(recording, document, notes, f"{output}: {len(found)} touches")
+    sys.exit(ExitCode.NOT_RELIABLE if doubts else ExitCode.DONE)
 
 
 @click.command("report")

@@ -37,12 +37,20 @@ class SourceOptions:
     decimal: str | None = None
     soft: Path | None = None
     part: str | None = None
+    line_columns: str | None = None
+    pattern: str | None = None
     firmware: Path | None = None
     excitation: str | None = None
 
     def keywords(self) -> Keywords:
         """Return the options that are set, as keywords of `palpate.read` and `palpate.open`."""
-        return _without_none(asdict(self))
+        keywords = _without_none(asdict(self))
+        line_columns = keywords.pop("line_columns", None)
+        if line_columns is not None:
+            if "columns" in keywords:
+                raise click.UsageError("--columns: got --map, too, allowed: one of them")
+            keywords["columns"] = line_columns
+        return keywords
 
 
 @dataclass(frozen=True)
@@ -233,6 +241,19 @@ _READING: Sequence[_Decorator] = [
         "time=COL.",
     ),
     click.option(
+        "--columns",
+        "line_columns",
+        metavar="NAME,NAME,...",
+        help="Of captured lines of a serial port: the names of the cells in order, as "
+        "t_ms,hard,soft; - for a cell that is not used.",
+    ),
+    click.option(
+        "--pattern",
+        metavar="REGEX",
+        help="Of captured lines: a regular expression that matches a whole line, with groups as "
+        "(?P<hard>...) and (?P<soft>...).",
+    ),
+    click.option(
         "--unit",
         help="Unit of the capacitances, aF to F; or of two other signals, as N.  "
         "[default: from the header, else by size]",
@@ -271,6 +292,14 @@ _SCENE_OF_RECORDING: _Decorator = click.option(
     shell_complete=_complete_scene,
     help=f"{_SCENES}  [default: from the recording, else handheld]",
 )
+soft_later_option: _Decorator = click.option(
+    "--soft-later-ms",
+    type=float,
+    metavar="MS",
+    help="How much later the soft channel is read than its times say, as with one time for both "
+    "channels; negative: earlier.  [default: 0]",
+)
+"""Adds soft_later_ms to a command."""
 _SETTINGS: Sequence[_Decorator] = [
     click.option(
         "--touch-seconds",
@@ -282,13 +311,7 @@ _SETTINGS: Sequence[_Decorator] = [
         type=click.IntRange(min=1),
         help="Length of a touch in samples, in place of seconds.",
     ),
-    click.option(
-        "--soft-later-ms",
-        type=float,
-        metavar="MS",
-        help="How much later the soft channel is read than its times say, as with one time for both "
-        "channels; negative: earlier.  [default: 0]",
-    ),
+    soft_later_option,
     click.option(
         "--falling/--rising",
         default=None,

@@ -36,6 +36,7 @@ from palpate.importers.units import (
 from palpate.messages import quoted
 
 _NUMBERED_CHANNEL = r"(?:c|cin|cap|capacitance|ch)[0-9]"
+_TIME_WORDS = ("t", "time", "timestamp", "xvalue")
 _SUMMARY_ROW = "looks like a row of sums, not of samples: take such rows out"
 
 
@@ -186,7 +187,7 @@ def _columns_of_channels(
     table: Table, options: ReadOptions, soft_table: Table | None
 ) -> tuple[ChannelColumns, ChannelColumns]:
     """Return the columns of both channels, of one table or each of its own."""
-    wanted = options.columns or {}
+    wanted = options.named_columns
     time = wanted.get("time")
     if soft_table:
         hard = _only_channel(table, wanted.get("hard"), time)
@@ -202,13 +203,37 @@ def _columns_of_channels(
     both = (hard_values, soft_values)
     times = _without(_time_columns(table, time), both)
     soft_times = times
+    own_hard_times = _times_named_after(table, hard_values)
+    if time is None and own_hard_times:
+        times = own_hard_times
     if "soft_time" in wanted:
         own_times = [table.column(wanted["soft_time"])]
     else:
-        own_times = table.named(SOFT_TIME_NAMES)
+        own_times = table.named(SOFT_TIME_NAMES) or _times_named_after(table, soft_values)
+        if time is None and not own_times and _are_same_names(times):
+            own_times = times[1:]
+            times = times[:1]
+            if soft_values.position < hard_values.position:
+                own_times, times = times, own_times
     if times and len(own_times) == 1 and own_times[0] not in both:
         soft_times = own_times
     return ChannelColumns(hard_values, times), ChannelColumns(soft_values, soft_times)
+
+
+def _times_named_after(table: Table, channel: Column) -> list[Column]:
+    """Return the column of times with the name of a channel in its own, as Time_C1."""
+    names = []
+    for word in _TIME_WORDS:
+        names += [word + channel.simple, channel.simple + word]
+    found = table.named(names)
+    if len(found) == 1:
+        return found
+    return []
+
+
+def _are_same_names(times: Sequence[Column]) -> bool:
+    """Return whether there are two columns of times with one name, for a channel each."""
+    return len(times) == 2 and times[0].simple == times[1].simple
 
 
 def _without(columns: Sequence[Column], excluded: Collection[Column]) -> list[Column]:
@@ -251,8 +276,13 @@ def _time_columns(table: Table, wanted: str | int | None) -> list[Column]:
     return named + units or table.of_kind("mM")
 
 
-def _channels_by_name(table: Table) -> list[Column]:
-    """Return the columns whose names leave no doubt that they are hard and soft."""
+def has_channel_names(table: Table) -> bool:
+    """Return whether the names of a table leave no doubt which columns are the channels."""
+    return bool(_named_channels(table))
+
+
+def _named_channels(table: Table) -> list[Column]:
+    """Return the columns of hard and soft, if their names leave no doubt; else an empty list."""
     for names in CHANNEL_NAMES:
         hard = table.named([names[0]])
         soft = table.named([names[1]])
@@ -262,6 +292,14 @@ def _channels_by_name(table: Table) -> list[Column]:
         others = _without(table.columns, both)
         if not any(map(_may_be_channel, others)):
             return both
+    return []
+
+
+def _channels_by_name(table: Table) -> list[Column]:
+    """Return the columns whose names leave no doubt that they are hard and soft."""
+    both = _named_channels(table)
+    if both:
+        return both
     allowed = f"hard and soft, two of {table.describe()}"
     raise OptionError(Option.COLUMNS, "none for a table of another program", allowed)
 

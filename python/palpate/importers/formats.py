@@ -5,6 +5,7 @@ The first bytes show the format; the name of the file does not matter.
 
 import io
 import logging
+import zipfile
 from collections.abc import Callable, Mapping
 from itertools import chain, repeat
 from pathlib import Path
@@ -17,6 +18,7 @@ from palpate.files import read_unpacked, unpacked_name
 from palpate.importers.delimited_text import text_table
 from palpate.importers.frames import arrow_columns
 from palpate.importers.table import ColumnData, Option, OptionError, ReadOptions, Table
+from palpate.importers.units import CellKind, cell_kind
 from palpate.messages import listed, quoted
 
 _SUFFIXES = (
@@ -25,6 +27,8 @@ _SUFFIXES = (
     ".tsv",
     ".dat",
     ".asc",
+    ".lvm",
+    ".log",
     ".xlsx",
     ".xlsm",
     ".xdf",
@@ -32,6 +36,7 @@ _SUFFIXES = (
     ".arrow",
     ".feather",
 )
+_WORKBOOKS = (".xlsx", ".xlsm")
 _ZIP = b"PK\3\4"
 _XDF = b"XDF:"
 _PARQUET = b"PAR1"
@@ -56,9 +61,11 @@ def read_table(path: Path, options: ReadOptions) -> Table:
         Something is ambiguous.
     """
     data = read_unpacked(path)
-    read_format = _reader(data)
+    read_format = _reader(path, data)
     try:
-        return read_format(path, data, options)
+        table = read_format(path, data, options)
+        table.notes += _suffix_notes(path, data)
+        return table
     except (PalpateError, OptionError):
         raise
     except Exception as error:  # of a library: anyone may have made the file
@@ -67,15 +74,57 @@ def read_table(path: Path, options: ReadOptions) -> Table:
         raise RecordingError(path, reason) from error
 
 
-def _reader(data: bytes) -> Callable[[Path, bytes, ReadOptions], Table]:
+def is_text(path: Path) -> bool:
+    """Return whether a file is a text, not a workbook or another format with its own marks."""
+    return not read_unpacked(path).startswith((_ZIP, _XDF, _PARQUET, _ARROW))
+
+
+def _reader(path: Path, data: bytes) -> Callable[[Path, bytes, ReadOptions], Table]:
     """Return the function that reads a format, from the first bytes of a file."""
     if data.startswith(_ZIP):
+        _require_workbook(path, data)
         return _read_workbook
     if data.startswith(_XDF):
         return _read_xdf
     if data.startswith((_PARQUET, _ARROW)):
         return _read_arrow
     return text_table
+
+
+def _require_workbook(path: Path, data: bytes) -> None:
+    """Refuse an archive that is no workbook of Excel; a damaged one is refused when it is read."""
+    try:
+        archive = zipfile.ZipFile(io.BytesIO(data))
+        names = archive.namelist()
+        kind = b""
+        if "mimetype" in names:
+            kind = archive.read("mimetype")[:100]
+    except (zipfile.BadZipFile, OSError, NotImplementedError, RuntimeError):
+        return
+    if any(name.startswith("xl/") for name in names):
+        return
+    found = f"a zip archive of {listed(names, 3)}"
+    advice = "unpack it, and open one of its files"
+    if b"opendocument.spreadsheet" in kind:
+        found = "a spreadsheet of LibreOffice (.ods)"
+        advice = "save it as .xlsx or .csv"
+    elif any(name.startswith("word/") for name in names) or b"opendocument" in kind:
+        found = "a text document"
+        advice = "save its table as .csv"
+    raise RecordingError(path, f"not a table that palpate reads, but {found}: {advice}")
+
+
+def _suffix_notes(path: Path, data: bytes) -> list[str]:
+    """Return a note on a workbook or a text whose name says the other one."""
+    suffix = Path(unpacked_name(path)).suffix.lower()
+    is_workbook = data.startswith(_ZIP)
+    is_named_so = suffix in _WORKBOOKS
+    if is_workbook and not is_named_so and suffix:
+        return [f"a workbook of Excel, though its name ends with {suffix}"]
+    other_formats = (_ZIP, _XDF, _PARQUET, _ARROW)
+    if is_named_so and not data.startswith(other_formats):
+        return [f"text, though its name ends with {suffix}"]
+    return []
 
 
 def _select_part(path: Path, parts: Mapping[str, Any], options: ReadOptions, kind: str) -> Any:
@@ -98,10 +147,17 @@ def _read_workbook(path: Path, data: bytes, options: ReadOptions) -> Table:
     openpyxl = need("openpyxl", "tables")
     book = openpyxl.load_workbook(io.BytesIO(data), read_only=True, data_only=True)
     sheets = {}
+    sheets_of_text = {}
     for sheet in book.worksheets:
         rows = list(sheet.iter_rows())
         if any(map(_is_number, chain.from_iterable(rows))):
             sheets[sheet.title] = rows
+        elif any(map(_has_number_as_text, chain.from_iterable(rows))):
+            sheets_of_text[sheet.title] = rows
+    notes = []
+    if sheets_of_text and not sheets:
+        sheets = sheets_of_text
+        notes.append("the cells of the workbook are text: read as numbers")
     rows = _select_part(path, sheets, options, "sheet")
     width = max(map(len, rows))
     lines = []
@@ -109,7 +165,13 @@ def _read_workbook(path: Path, data: bytes, options: ReadOptions) -> Table:
         texts = list(map(_cell_text, row))
         texts += [""] * (width - len(texts))
         lines.append("\t".join(texts) + "\n")
-    return text_table(path, "".join(lines).encode(), options)
+    table = text_table(path, "".join(lines).encode(), options)
+    table.notes += notes
+    return table
+
+
+def _has_number_as_text(cell: Any) -> bool:
+    return isinstance(cell.value, str) and cell_kind(cell.value.strip()) is CellKind.NUMBER
 
 
 def _is_number(cell: Any) -> bool:

@@ -24,7 +24,7 @@ def frame_table(source: Any, options: ReadOptions) -> Table:
     TypeError
         Not a data frame.
     RecordingError
-        The columns have different shapes, no rows, or masked values.
+        The columns have different shapes, or no rows.
     ValueError
         Columns of pandas in a dict have different indices.
     """
@@ -39,12 +39,10 @@ def frame_table(source: Any, options: ReadOptions) -> Table:
         raise TypeError(f"recording: got {path}, allowed: {allowed}")
     columns = _columns(source)
     shapes = {column.cells.shape for column in columns}
-    masked = any(np.ma.is_masked(column.cells) for column in columns)
-    if len(columns) < 2 or len(shapes) > 1 or shapes & {(), (0,)} or masked:
+    if len(columns) < 2 or len(shapes) > 1 or shapes & {(), (0,)}:
         got = f"got columns of shapes {sorted(shapes)}"
         allowed = "two columns or more, of one shape (n,), with a row or more"
-        advice = "nan in place of masked values"
-        raise RecordingError(path, f"not a recording: {got}, allowed: {allowed}; {advice}")
+        raise RecordingError(path, f"not a recording: {got}, allowed: {allowed}")
     lines = range(1, len(columns[0].cells) + 1)
     return Table(path, columns, lines, decimal_mark=options.decimal_mark)
 
@@ -95,7 +93,10 @@ def _pandas_columns(frame: Any) -> list[ColumnData]:
 
 
 def _column(name: object, cells: Any, unit: str = "") -> ColumnData:
-    """Return a column: numbers as they are, dates with a time zone in UTC, else objects."""
+    """Return a column: numbers as they are, dates with a time zone in UTC, else objects.
+
+    A masked value is none.
+    """
     text = str(name)
     if isinstance(name, tuple):  # of the levels of a header
         text = " ".join(filter(None, map(str, name)))
@@ -105,12 +106,24 @@ def _column(name: object, cells: Any, unit: str = "") -> ColumnData:
     elif isinstance(cells, ToNumpy):
         array = cells.to_numpy()
     else:
-        array = np.ma.asanyarray(cells)
+        array = np.asanyarray(cells)
+    if np.ma.isMaskedArray(array):
+        array = _unmasked(array)
     if array.dtype.kind not in _NUMBERS_AND_DATES:
         array = array.astype(object)
     if is_zoned:
         unit = "UTC"
     return ColumnData(text, array, unit)
+
+
+def _unmasked(array: Any) -> Any:
+    """Return an array with nan, NaT or None in place of masked values."""
+    kind = array.dtype.kind
+    if kind in "mM":
+        return array.filled(np.array("NaT", array.dtype))
+    if kind in _NUMBERS_AND_DATES:
+        return array.astype(float).filled(np.nan)
+    return array.astype(object).filled(None)
 
 
 def _has_time_zone(cells: Any) -> bool:

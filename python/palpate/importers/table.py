@@ -183,6 +183,21 @@ class Table:
         Decimal mark of cells that are texts.
     metadata : mapping, optional
         Metadata of an Arrow or Parquet file.
+
+    Attributes
+    ----------
+    has_names : bool
+        Whether its columns have names; else they are called by their position.
+    unmatched_names : list of str
+        Names in its header whose columns are unknown, as there are fewer or more than columns.
+    gap_rows : tuple of int
+        Rows from which on an earlier baseline is not valid.
+    host_stamps : bool
+        Whether its times are stamps of the computer, when a line arrived.
+    full_scale_pF : float
+        Readings of this magnitude are saturated; inf: unknown.
+    open_options : ReadOptions or None
+        Of captured lines: options that were not used yet; None: all of them.
     """
 
     def __init__(
@@ -200,6 +215,16 @@ class Table:
         self.decimal_mark = decimal_mark
         self.metadata = metadata or {}
         self.columns = [Column(self, index, data) for index, data in enumerate(columns)]
+        self.has_names = True
+        self.unmatched_names: list[str] = []
+        self.gap_rows: tuple[int, ...] = ()
+        self.host_stamps = False
+        self.full_scale_pF = math.inf
+        self.open_options: ReadOptions | None = None
+
+    def add_column(self, data: ColumnData) -> None:
+        """Add a column after the others."""
+        self.columns.append(Column(self, len(self.columns), data))
 
     def __len__(self) -> int:
         """Return the number of rows."""
@@ -216,7 +241,13 @@ class Table:
     def describe(self) -> str:
         """Return positions and names of the columns, and the option that selects two."""
         names = [f"{column.position} ({column.name})" for column in self.columns]
-        return f"{listed(names)} (--map hard=COL,soft=COL)"
+        text = f"{listed(names)} (--map hard=COL,soft=COL)"
+        if self.unmatched_names:
+            found = f"{len(self.unmatched_names)} names above {len(self.columns)} columns"
+            text += f"; {found}: {listed(self.unmatched_names)}"
+        if not self.has_names:
+            text += "; times: time=COL, too"
+        return text
 
     def column(self, wanted: str | int) -> Column:
         """Return the column with this name, or at this position, from 1.
@@ -246,7 +277,15 @@ class Table:
         if same:
             return same
         simple = bare_name(text).casefold()
-        return [column for column in self.columns if bare_name(column.name).casefold() == simple]
+        similar = [column for column in self.columns if bare_name(column.name).casefold() == simple]
+        if similar:
+            return similar
+        return [column for column in self.columns if _unbracketed(column.name) == simple]
+
+
+def _unbracketed(name: str) -> str:
+    """Return a name in lower case without the brackets at its end, whatever is in them."""
+    return re.sub(r"\s*[(\[][^()\[\]]*[)\]]\s*$", "", name).casefold().strip()
 
 
 _MAP_KEY = re.compile(r"(?:^|,)\s*(hard|soft|time|soft_time)\s*=")
@@ -275,8 +314,9 @@ class ReadOptions:
 
     Attributes
     ----------
-    columns : mapping, optional
-        Names or positions of "hard", "soft", "time" and "soft_time".
+    columns : mapping or str, optional
+        Names or positions of "hard", "soft", "time" and "soft_time"; or, of captured lines, the
+        names of the cells in order, as "t_ms,hard,soft".
     unit : str, optional
         Of both signals.
     time_unit : str, optional
@@ -288,6 +328,8 @@ class ReadOptions:
         The file of the soft channel.
     part : str, optional
         Name of a sheet or stream.
+    pattern : str, optional
+        Of captured lines: a regular expression with groups of these names.
 
     Raises
     ------
@@ -295,13 +337,26 @@ class ReadOptions:
         A value is not allowed.
     """
 
-    columns: Mapping[str, str | int] | None = None
+    columns: Mapping[str, str | int] | str | None = None
     unit: str | None = None
     time_unit: str | None = None
     rate: float | None = None
     decimal: str | None = None
     soft: str | os.PathLike[str] | None = None
     part: str | None = None
+    pattern: str | None = None
+
+    @property
+    def named_columns(self) -> Mapping[str, str | int]:
+        """The columns of a table by their role; empty without them."""
+        if self.columns is None or isinstance(self.columns, str):
+            return {}
+        return self.columns
+
+    @property
+    def of_lines(self) -> bool:
+        """Whether an option says what the cells of captured lines are."""
+        return isinstance(self.columns, str) or self.pattern is not None
 
     @property
     def decimal_mark(self) -> str:
@@ -310,16 +365,21 @@ class ReadOptions:
 
     def __post_init__(self) -> None:
         """Check the values."""
+        if self.time_unit is not None:
+            object.__setattr__(self, "time_unit", str(self.time_unit).strip())
         if self.time_unit is not None and self.time_unit not in SECONDS:
             raise ValueError(f"time_unit: {unlike(self.time_unit, SECONDS)}")
         if self.decimal is not None and self.decimal not in DECIMAL_MARKS:
             raise ValueError(f"decimal: {unlike(self.decimal, DECIMAL_MARKS)}")
         if self.unit is not None:
-            checked_unit("unit", self.unit)
-        if isinstance(self.columns, str):
-            allowed = 'a mapping, as {"hard": 2, "soft": 3}'
+            object.__setattr__(self, "unit", checked_unit("unit", self.unit))
+        if self.columns and self.pattern is not None:
+            allowed = "one of them; a pattern's groups are its columns"
+            raise OptionError(Option.COLUMNS, "a pattern, too", allowed)
+        if isinstance(self.columns, str) and "=" in self.columns:
+            allowed = 'a mapping, as {"hard": 2, "soft": 3}, or names of cells, as "t_ms,hard,soft"'
             raise OptionError(Option.COLUMNS, quoted(self.columns), allowed)
-        if self.columns is not None:
+        if self.columns is not None and not isinstance(self.columns, str):
             self._check_columns(set(self.columns))
         if self.rate is not None:
             self._check_rate(self.rate)
@@ -333,7 +393,7 @@ class ReadOptions:
             raise OptionError(Option.COLUMNS, listed(self.columns or {}) or "none", allowed)
 
     def _check_rate(self, rate: float) -> None:
-        if {"time", "soft_time"} & set(self.columns or {}):
+        if {"time", "soft_time"} & set(self.named_columns):
             raise OptionError(Option.RATE, "it together with a column of times", "one of them")
         if not (isinstance(rate, float | int) and 0 < rate < math.inf):
             raise OptionError(Option.RATE, quoted(rate), "a number above 0, pairs a second")

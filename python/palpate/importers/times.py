@@ -9,10 +9,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.errors import RecordingError, need
+from palpate.importers.counter_wraps import continued
+from palpate.importers.date_order import ordered, with_24_hours
 from palpate.importers.rounded_times import even_times
 from palpate.importers.table import Array, Column, Option, OptionError
 from palpate.importers.table_checks import typical_step
-from palpate.importers.units import SECONDS, CellKind, cell_kind, time_unit_in
+from palpate.importers.units import (
+    SECONDS,
+    CellKind,
+    cell_kind,
+    duration_parts,
+    time_unit_in,
+    to_number,
+)
 from palpate.messages import listed, quoted
 
 # Pairs a second with a unit that nobody named: hundredths of a second look like 500.
@@ -31,6 +40,7 @@ _DATE_IN_ORDER = r"\d{4}[-/]\d\d[-/]\d\d"
 _ZONE = r"(?:Z|[+-]\d\d:?\d\d)$"
 _CLOCK = r"\d{1,4}:[0-5]?\d:[0-5]?\d(?:\.\d+)?"
 _MINUTES = r"[0-5]?\d:[0-5]?\d\.\d+"
+_TIMES_OF_DAY = "times of day"
 _DATE_ADVICE = "write it as 2026-11-21 12:00:00.5, as 12:00:00.5, or minutes as 12:00.5"
 _RATE_ADVICE = "rate, pairs a second (--rate"
 
@@ -49,7 +59,7 @@ class Times:
     is_utc : bool
         Whether the dates are known to be in UTC.
     note : str
-        On times with few decimals; "" without one.
+        On times with few decimals, on a counter that began again; "" without one.
     """
 
     seconds: Array
@@ -82,9 +92,11 @@ def read_times(column: Column, time_unit: str | None = None) -> Times:
         A cell is no time, or the times go back.
     """
     times = _times_of_cells(column, time_unit)
-    even = even_times(times.seconds)
+    whole = continued(times.seconds, of_day=times.notation == _TIMES_OF_DAY)
+    even = even_times(whole.seconds)
     _require_forward(column, even.seconds)
-    return replace(times, seconds=even.seconds, note=even.note)
+    notes = filter(None, [times.note, whole.note, even.note])
+    return replace(times, seconds=even.seconds, note="; ".join(notes))
 
 
 def _times_of_cells(column: Column, time_unit: str | None) -> Times:
@@ -193,18 +205,50 @@ def _in_seconds(values: Array, factor: float) -> Array:
 
 
 def _times_of_texts(column: Column) -> Times:
-    """Return the times of dates, as 2026-11-21 12:00:00.5, or of times of day, as 12:00:00.5."""
+    """Return the times of texts: durations, as 0.37 sec, dates, or times of day, as 12:00:00.5."""
+    if duration_parts(str(column.cells[0]).strip()):
+        return _times_of_durations(column)
     pandas = need("pandas", "tables")
     texts = pandas.Series(column.cells, dtype=object).astype(str).str.strip()
     texts = texts.str.replace(",", ".")
+    note = ""
+    if _DATE.match(texts.iloc[0]) and not texts.str.match(_DATE_IN_ORDER).all():
+        in_order = ordered(texts)
+        if in_order is not None:
+            texts = pandas.Series(in_order.texts, dtype=object)
+            note = in_order.note
     if not _DATE.match(texts.iloc[0]):
-        notation = "times of day"
-        if texts.str.fullmatch(_MINUTES).all():
-            texts = "00:" + texts
-            notation = "mm:ss"
-        clocks = texts.where(texts.str.fullmatch(_CLOCK))
-        durations = pandas.to_timedelta(clocks).to_numpy("m8[ns]")
-        return Times(_nanoseconds(column, durations) / 1e9, notation)
+        return replace(_times_of_clocks(column, texts), note=note)
+    return _times_of_date_texts(column, texts)
+
+
+def _times_of_durations(column: Column) -> Times:
+    """Return the times of numbers with their unit, as 0.37 sec."""
+    mark = column.table.decimal_mark
+    parts = [duration_parts(str(cell).strip()) for cell in column.cells]
+    column.refuse(np.array([each is None for each in parts]), f"is no time; {_DATE_ADVICE}")
+    seconds = [to_number(number, mark) * SECONDS[unit] for number, unit in filter(None, parts)]
+    units = {unit for _, unit in filter(None, parts)}
+    return Times(np.array(seconds, float), f"durations in {listed(sorted(units))}")
+
+
+def _times_of_clocks(column: Column, texts: Any) -> Times:
+    """Return the times of texts as 12:00:00.5, 2:22:10.4 PM, or of minutes as 12:00.5."""
+    pandas = need("pandas", "tables")
+    notation = _TIMES_OF_DAY
+    if texts.str.fullmatch(_MINUTES).all():
+        texts = "00:" + texts
+        notation = "mm:ss"
+    elif not texts.str.fullmatch(_CLOCK).all():
+        texts = texts.map(with_24_hours)
+    clocks = texts.where(texts.str.fullmatch(_CLOCK))
+    durations = pandas.to_timedelta(clocks).to_numpy("m8[ns]")
+    return Times(_nanoseconds(column, durations) / 1e9, notation)
+
+
+def _times_of_date_texts(column: Column, texts: Any) -> Times:
+    """Return the times of dates, as 2026-11-21 12:00:00.5."""
+    pandas = need("pandas", "tables")
     zoned = texts.str.contains(_ZONE).to_numpy()
     first = quoted(texts.iloc[0])
     column.refuse(zoned != zoned[0], f"is another kind of time than {first} in the first row")

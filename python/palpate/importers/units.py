@@ -32,6 +32,7 @@ SECONDS = {
     "d": 86400.0,
 }
 """Units of time, s."""
+_UNITS_FOLDED = frozenset(map(str.casefold, [*PICOFARADS, *SECONDS]))
 OVERLOAD = 1e30
 """Numbers of this magnitude mean "no value": SCPI instruments send 9.9E+37."""
 
@@ -59,6 +60,10 @@ _OTHER_UNIT_WORDS = frozenset({
     "digits", "codes", "norm", "normalized", "rel", "uv", "kv", "mn", "kn", "um", "mm", "cm", "kpa",
     "mpa", "ma", "ohm", "ohms",
 })  # fmt: skip
+_MORE_UNITS = frozenset({
+    "v", "n", "a", "sequence", "index", "°c", "c", "degc", "ampere", "farad", "farads", "newton", "m",
+    "pa", "bar", "-", "",
+})  # fmt: skip
 _OTHER_UNIT_CAPITALS = frozenset({"V", "N"})  # v and n may be names of channels
 
 # Names without blanks, underscores and units, in lower case.
@@ -66,7 +71,7 @@ TIME_NAMES = frozenset({
     "time", "t", "timestamp", "timestamps", "datetime", "date", "clock", "elapsed", "elapsedtime",
     "seconds", "secs", "millis", "milliseconds", "micros", "microseconds", "nanos", "nanoseconds",
     "lsltimestamp", "epoch", "unixtime", "utc", "hosttime", "zeit", "uhrzeit", "datum",
-    "zeitstempel", "thard", "timehard", "hardtime", "timea", "time1", "t1",
+    "zeitstempel", "xvalue", "thard", "timehard", "hardtime", "timea", "time1", "t1",
     *map(str.casefold, SECONDS),
 })  # fmt: skip
 SOFT_TIME_NAMES = frozenset({"tsoft", "timesoft", "softtime", "timeb", "time2", "t2"})
@@ -93,7 +98,12 @@ _NO_VALUE = frozenset({
     "ERROR", "NAN", "NA", "N/A", "NAT", "<NA>", "NULL", "NONE", "-", "--", "---", "INF", "+INF",
     "-INF", "#N/A", "#NUM!", "#VALUE!", "#DIV/0!", "#REF!", "#NAME?", "#NULL!", "∞", "+∞", "-∞",
 })  # fmt: skip
-_NUMBER = re.compile(r"[+-]?(?:\d[\d.,]*|[.,]\d+)(?:[eE][+-]?\d+)?")
+# As Microsoft's and GNU's libraries print a number that is none: -1.#IND, 1.#QNAN, -nan(ind).
+_PRINTED_NAN = re.compile(r"[+-]?(?:1\.#(?:IND|QNAN|SNAN|INF|J)\d*|NAN(?:\(\w*\))?)", re.IGNORECASE)
+_DOUBLE = r"[+-]?(?:\d+[.,]\d*|[.,]\d+)[dD][+-]?\d+"  # 1.5D+01: double precision of Fortran
+_NUMBER = re.compile(rf"[+-]?(?:\d[\d.,]*|[.,]\d+)(?:[eE][+-]?\d+)?|{_DOUBLE}")
+_DOUBLE_CELL = re.compile(_DOUBLE)
+_DURATION = re.compile(r"([+-]?(?:\d[\d.,]*|[.,]\d+)(?:[eE][+-]?\d+)?)\s*([A-Za-zµμ]+)")
 _TIME = re.compile(
     r"\d{1,4}[-/.]\d{1,2}[-/.]\d{2,4}(?:[T ].*)?|\d{1,4}:\d\d[\d:.,]*(?: ?[AaPp][Mm])?"
 )
@@ -174,13 +184,35 @@ def stated_unit(name: str) -> str:
     return ""
 
 
+def is_unit_word(word: str) -> bool:
+    """Return whether a text is the unit of a column, as in a row of units below the names.
+
+    Examples
+    --------
+    >>> is_unit_word("Volt"), is_unit_word("pf"), is_unit_word("second"), is_unit_word("C1")
+    (True, True, True, False)
+    """
+    folded = word.casefold()
+    if folded in _UNITS_FOLDED or folded in _TIME_WORDS:
+        return True
+    return folded in _OTHER_UNIT_WORDS or folded in _MORE_UNITS
+
+
 def bare_name(name: str) -> str:
     """Return a name without its unit: 'C1 (pF)' gives 'C1'."""
     match = _LAST_WORD.search(name)
-    word = _last_word(name)
-    if match and (word in PICOFARADS or word in SECONDS or word == "%"):
+    if match and _is_unit(_last_word(name), in_brackets=match[1] is not None):
         name = name[: match.start()]
     return name.strip(" _/")
+
+
+def _is_unit(word: str, *, in_brackets: bool) -> bool:
+    """Return whether a word is a unit; in brackets and with two letters or more in any case."""
+    if word in PICOFARADS or word in SECONDS or word == "%":
+        return True
+    if len(word) < 2 and not in_brackets:
+        return False
+    return word.casefold() in _UNITS_FOLDED
 
 
 def simple_name(name: str) -> str:
@@ -204,13 +236,37 @@ class CellKind(Enum):
 @lru_cache(maxsize=4096)  # lines are split in several ways, and many cells are equal
 def cell_kind(cell: str) -> CellKind:
     """Return what the text of a cell contains."""
-    if cell.upper() in _NO_VALUE:
+    if is_no_value(cell):
         return CellKind.NO_VALUE
     if _NUMBER.fullmatch(cell):
         return CellKind.NUMBER
-    if _TIME.fullmatch(cell):
+    if _TIME.fullmatch(cell) or duration_parts(cell):
         return CellKind.TIME
     return CellKind.TEXT
+
+
+def is_no_value(cell: str) -> bool:
+    """Return whether a cell is empty, or a mark of "no value", as OL, NaN or -1.#IND."""
+    return cell.upper() in _NO_VALUE or _PRINTED_NAN.fullmatch(cell) is not None
+
+
+def duration_parts(cell: str) -> tuple[str, str] | None:
+    """Return the number and the unit of a duration, as 0.37 sec; None if a cell is none.
+
+    Examples
+    --------
+    >>> duration_parts("0.37058 sec"), duration_parts("12ms"), duration_parts("6.9 pF")
+    (('0.37058', 's'), ('12', 'ms'), None)
+    """
+    match = _DURATION.fullmatch(cell)
+    if match is None:
+        return None
+    unit = time_unit_in(match[2])
+    if unit is None:
+        return None
+    if unit == "sec":
+        unit = "s"
+    return match[1], unit
 
 
 def is_text(cell: str) -> bool:
@@ -226,10 +282,14 @@ def to_number(cell: str, marks: str = ".,") -> float:
     ValueError
         The cell is no number; the message is the cell.
     """
-    if cell.upper() in _NO_VALUE:
+    if is_no_value(cell):
         return math.nan
-    if not re.fullmatch(rf"[+-]?(?:\d+[{marks}]?\d*|[{marks}]\d+)(?:[eE][+-]?\d+)?", cell):
-        raise ValueError(cell)
+    digits = rf"[+-]?(?:\d+[{marks}]?\d*|[{marks}]\d+)"
+    if not re.fullmatch(rf"{digits}(?:[eE][+-]?\d+)?", cell):
+        is_double = re.fullmatch(rf"{digits}[dD][+-]?\d+", cell) and _DOUBLE_CELL.fullmatch(cell)
+        if not is_double:
+            raise ValueError(cell)
+        cell = cell.casefold().replace("d", "e")
     value = float(cell.replace(",", "."))
     if abs(value) < OVERLOAD:
         return value

@@ -205,7 +205,12 @@ class ConnectionState(Listener):
         if state in _CONTACT and self._plan.progress.since_s > begun_s:
             # the list was changed during this touch, which is on what was next before
             return None
-        return self._plan.document.next
+        following = self._plan.document.next
+        if state in _CONTACT and following:
+            touched = self._plan.progress.on(begun_s)
+            if touched and touched != following.name:  # another one is pressed on the page
+                return None
+        return following
 
     def _follow_gaps(
         self, state: str, troubles: Mapping[TroubleKind, str], counters: StreamCounters, at_s: float

@@ -1,7 +1,9 @@
 """Reads any recording: one of palpate, or a table of another program."""
 
+import math
 import os
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -124,8 +126,8 @@ def _ns(seconds: NDArray[np.float64]) -> NDArray[np.float64]:
 def of_table(path: Path, table: Table, wanted: ReadOptions) -> ImportedRecording:
     """Return a table or a data frame as a recording; errors as in `read`."""
     from palpate.importers.channels import find_channels
-    from palpate.importers.formats import read_table
     from palpate.recording.arrow import own_frame
+    from palpate.recording.tables import open_table
 
     if not len(table):
         raise RecordingError(path, "has no rows")
@@ -135,7 +137,9 @@ def of_table(path: Path, table: Table, wanted: ReadOptions) -> ImportedRecording
             return ImportedRecording(path, framed)
     soft = None
     if wanted.soft is not None:
-        soft = read_table(Path(wanted.soft), wanted)
+        soft = open_table(Path(wanted.soft), wanted)
+    if table.open_options is not None:
+        wanted = table.open_options
     found = find_channels(table, wanted, soft)
     notes = found.notes
     if {column.name for column in table.columns} >= _OWN_NAMES:
@@ -143,11 +147,37 @@ def of_table(path: Path, table: Table, wanted: ReadOptions) -> ImportedRecording
     recording = Recording(
         *found.readings,
         notes,
+        full_scale_pF=table.full_scale_pF,
+        host_stamps=table.host_stamps,
+        gap_rows=table.gap_rows,
         unit=unit_read(wanted.unit or "pF"),
         zero_utc_ns=found.zero_utc_ns,
         understood=found.understood,
     )
     return ImportedRecording(path, recording, found.unused)
+
+
+def with_soft_later(recording: OpenedRecording, later_ms: float | None) -> OpenedRecording:
+    """Return a recording whose soft readings are later than its times say, by some ms.
+
+    Raises
+    ------
+    ValueError
+        It is a recording of palpate, which has the times of both channels, or it has no times.
+    """
+    if later_ms is None:
+        return recording
+    name = "soft_later_ms"
+    if not math.isfinite(later_ms):
+        raise ValueError(f"{name}: got {later_ms}, allowed: ms")
+    is_table = isinstance(recording, ImportedRecording)
+    if not is_table or not recording.timed:
+        got = "a table without times" if is_table else "a recording of palpate"
+        allowed = "a table of another program, with times, or with --rate"
+        raise ValueError(f"{name}: got {got}, allowed: {allowed}")
+    whole = recording.in_memory()
+    shifted = replace(whole, t_soft_s=whole.t_soft_s + later_ms / 1000)
+    return ImportedRecording(recording.path, shifted, recording.unused)
 
 
 _OWN_NAMES = {"hard_pF", "soft_pF", "t_hard_s", "t_soft_s"}
@@ -183,14 +213,14 @@ def recorded(path: str | os.PathLike[str], **asked: Any) -> OpenedRecording:
     file = Path(path)
     if wanted == ReadOptions() and is_own(file):
         return RecordingFile(file)
-    from palpate.importers.formats import read_table  # a recording of palpate does not need it
+    from palpate.recording.tables import open_table  # a recording of palpate does not need it
 
     if wanted != ReadOptions():
-        return of_table(file, read_table(file, wanted), wanted)
+        return of_table(file, open_table(file, wanted), wanted)
     if has_wrong_name(file):
         raise RecordingError(file, header_damage(file), 1)
     try:
-        table = read_table(file, wanted)
+        table = open_table(file, wanted)
         return own_recording(table) or of_table(file, table, wanted)
     except (OptionError, RecordingError) as error:
         damage = header_damage(file)
@@ -202,13 +232,14 @@ def recorded(path: str | os.PathLike[str], **asked: Any) -> OpenedRecording:
 def read(
     source: str | os.PathLike[str] | Frame,
     *,
-    columns: Mapping[str, str | int] | None = None,
+    columns: Mapping[str, str | int] | str | None = None,
     unit: str | None = None,
     time_unit: str | None = None,
     rate: float | None = None,
     decimal: str | None = None,
     soft: str | os.PathLike[str] | None = None,
     part: str | None = None,
+    pattern: str | None = None,
 ) -> Recording:
     """Read a recording into memory.
 
@@ -219,10 +250,11 @@ def read(
         input. Or a frame of pandas or polars, an object with `__arrow_c_stream__`, a dict of
         arrays, or a structured array: columns of contiguous float64 are used as they are, without a
         copy.
-    columns : mapping, optional
+    columns : mapping or str, optional
         Columns of "hard", "soft" and, if it is not found by its name, "time"; also "soft_time", if
         the soft channel has its own times. A column is a name in one of the header rows, or a
-        position counted from 1. Not needed for palpate's own files.
+        position counted from 1. Not needed for palpate's own files. Of captured lines of a serial
+        port: the names of the cells in order, as for `serial:`, "t_ms,hard,soft".
     unit : str, optional
         Unit of both capacitances, aF to F: they are converted to pF. Or of two other signals, any
         text, as "N": their values are used as they are. Default: the unit in the header, else pF.
@@ -237,6 +269,9 @@ def read(
     part : str, optional
         Name of the sheet of a workbook, or of the stream of an XDF file, if several have the two
         channels.
+    pattern : str, optional
+        Of captured lines: a regular expression that matches a whole line, with groups of these
+        names, as "A(?P<hard>.*)B(?P<soft>.*)".
 
     Returns
     -------
@@ -254,7 +289,7 @@ def read(
     --------
     >>> recording = read("bench.csv", columns={"hard": 3, "soft": "Ch1"})  # doctest: +SKIP
     """
-    wanted = ReadOptions(columns, unit, time_unit, rate, decimal, soft, part)
+    wanted = ReadOptions(columns, unit, time_unit, rate, decimal, soft, part, pattern)
     if isinstance(source, str | os.PathLike):
         return recorded(source, **vars(wanted)).in_memory()
     from palpate.importers.frames import frame_table

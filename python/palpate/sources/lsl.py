@@ -14,11 +14,11 @@ from typing import Any, Self
 from palpate.errors import DeviceNotFound, MissingExtra, ProtocolError, SourceTimeout, need
 from palpate.files import Json
 from palpate.importers.units import PICOFARADS, checked_unit, unit_read
+from palpate.line_protocol import COLUMNS, LineColumn
 from palpate.messages import listed, quoted, shortened
 from palpate.samples import Sample, Status
 from palpate.source_events import Gap, GapCause, SourceEvent
 from palpate.sources.base import TURN_S, SampleSource, Stoppable
-from palpate.sources.line_protocol import COLUMNS, LineColumn
 from palpate.sources.options import Options, choice, number, option, text
 
 # Labels of the channels of palpate's own stream of samples; gaps: number of them so far.

@@ -14,20 +14,25 @@ from palpate.ad7746.registers import SATURATED_PF
 from palpate.clocks import fine_ns
 from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError, SourceError, need
 from palpate.files import Json
+from palpate.line_protocol import (
+    LONGEST,
+    TIMES,
+    Grammar,
+    LineColumn,
+    LineFormat,
+    LineUnit,
+    LineValues,
+    Refused,
+    parse_columns,
+    parse_pattern,
+    parse_unit,
+)
 from palpate.messages import shortened
 from palpate.samples import Sample, Status
 from palpate.source_events import Gap, GapCause, SourceEvent
 from palpate.sources.base import TURN_S, SampleSource, Stoppable
 from palpate.sources.even_clock import EvenClock
-from palpate.sources.line_protocol import (
-    LONGEST,
-    TIMES,
-    Grammar,
-    LineOptions,
-    LineValues,
-    Refused,
-)
-from palpate.sources.options import number, option, whole_number, yes_no
+from palpate.sources.options import Options, number, option, whole_number, yes_no
 from palpate.sources.port_users import Sharing, refused_as_shared, require_no_reader
 
 # ns after which a counter of 32 bits begins again.
@@ -46,9 +51,12 @@ _PAUSE_NS = 10**9  # a read takes up to TURN_S
 
 
 @dataclass(frozen=True)
-class SerialOptions(LineOptions):
+class SerialOptions(LineFormat, Options):
     """Options of `serial:`."""
 
+    columns: tuple[LineColumn, ...] = option(parse_columns, ())
+    pattern: re.Pattern[str] | None = option(parse_pattern, None)
+    unit: LineUnit = option(parse_unit, LineUnit())
     baud: int = option(whole_number(50, 4_000_000), 115200)
     reset: bool = option(yes_no, True)
     replug: float = option(number(0, 86400), 30.0)

@@ -46,7 +46,10 @@ export class Demo {
     button.onkeyup = (event) => {
       if (HOLDING_KEYS.includes(event.key)) this.release();
     };
-    button.onblur = () => this.release();
+    // not of another block, on which a pointer presses now
+    button.onblur = () => {
+      if (this.pressed === name) this.release();
+    };
     return button;
   }
 

@@ -1,4 +1,4 @@
-"""The grammar of lines on a serial port: a line is read as a whole, or refused with a reason."""
+"""The grammar of lines from a port or a file: a line is read whole, or refused with a reason."""
 
 import json
 import math
@@ -12,15 +12,32 @@ from typing import Any, NamedTuple
 
 from palpate.ad7746.configuration import SATURATION
 from palpate.ad7746.registers import LAST_CODE, capacitance_pF, is_saturated
-from palpate.importers.units import OVERLOAD, PICOFARADS, checked_unit, unit_read
+from palpate.importers.units import (
+    OVERLOAD,
+    PICOFARADS,
+    checked_unit,
+    is_no_value,
+    unit_read,
+)
 from palpate.messages import quoted
 from palpate.samples import Sample, Status
-from palpate.sources.options import Options, number, option
 
 UNUSED = "-"  # Name of a column that is not used; its cells may be any text.
 TIMES = ("t", "t_hard", "t_soft")
 CHANNELS = ("hard", "soft")
 NANOSECONDS = {"s": 1e9, "ms": 1e6, "us": 1e3, "ns": 1.0}
+# Units of times as tables write them, and here; "": without a unit.
+_SAME_TIMES = {
+    "": "",
+    "s": "s",
+    "sec": "s",
+    "ms": "ms",
+    "us": "us",
+    "µs": "us",
+    "μs": "us",
+    "ns": "ns",
+}
+_UNITS_FOLDED = {unit.casefold(): unit for unit in PICOFARADS} | {"": ""}
 # Columns of whole numbers, with their range.
 WHOLE = {
     "seq": (0, 2**32 - 1),
@@ -47,7 +64,17 @@ _VARYING = 3
 _USUAL = 0.05
 # if values have ended with at least so many other digits than 0, which such numbers leave out.
 _ENDS = 5
-_CELL = re.compile(r"(?:([A-Za-z_]\w*)[=:])?(.*)", re.ASCII)
+_BRACKETS = re.compile(r"([A-Za-z_]\w*) ?[(\[]([A-Za-zµμ]+)[)\]](?=\s*[=:])")
+# Names of columns as tables have them, with a unit after them or in brackets: CIN1, Hard (pF).
+_NAME_OF_TABLE = re.compile(
+    r"(?:c[ _]?)?(?P<bump>hard|soft)(?:[ _]?bump)?"
+    r"|(?:c|cin|cap|capacitance)[ _]?(?P<number>[12])"
+    r"|(?:t|time)[ _]?(?P<one>hard|soft)"
+    r"|(?P<time>t|time|time[ _]?stamp|elapsed(?:[ _]?time)?)",
+    re.IGNORECASE,
+)
+_UNIT_OF_NAME = re.compile(r"[ _]([A-Za-zµμ]+)$| ?[(\[]([A-Za-zµμ]+)[)\]]$")
+_CELL = re.compile(r"(?:([A-Za-z_][A-Za-z0-9_µμ]*)[=:])?(.*)")
 _NAMES = "columns= names each cell in order: hard, soft, t_ms, seq, ... or - if it is not used"
 
 
@@ -180,11 +207,47 @@ COLUMNS = _named_columns()  # Name in lower case -> column.
 
 
 def column(name: str) -> LineColumn:
-    """Return the column with a name; raises Refused."""
-    try:
-        return COLUMNS[name.strip().casefold()]
-    except KeyError:
-        raise Refused(f"what is {quoted(name)}? {_NAMES}") from None
+    """Return the column with a name, written as here or as in a table; raises Refused.
+
+    Examples
+    --------
+    >>> column("CIN1") == column("hard"), column("Hard (fF)"), column("T_MS")
+    (True, LineColumn(role='hard', unit='fF'), LineColumn(role='t', unit='ms'))
+    """
+    text = name.strip()
+    known = COLUMNS.get(text.casefold())
+    if text == "T":  # a temperature
+        known = None
+    elif known is None:
+        known = _column_of_table(text)
+    if known is None:
+        raise Refused(f"what is {quoted(name)}? {_NAMES}")
+    return known
+
+
+def _column_of_table(name: str) -> LineColumn | None:
+    """Return the column with a name as a table has it; None: there is none."""
+    word = ""
+    match = _NAME_OF_TABLE.fullmatch(name)
+    if match is None:
+        unit_match = _UNIT_OF_NAME.search(name)
+        if unit_match is None:
+            return None
+        word = unit_match[1] or unit_match[2]
+        match = _NAME_OF_TABLE.fullmatch(name[: unit_match.start()])
+    if match is None:
+        return None
+    groups = match.groupdict()
+    if groups["time"] or groups["one"]:
+        unit = _SAME_TIMES.get(word.casefold())
+        role = f"t_{groups['one'].casefold()}" if groups["one"] else "t"
+    else:
+        unit = _UNITS_FOLDED.get(word.casefold())
+        is_soft = "soft" in (groups["bump"] or "").casefold() or groups["number"] == "2"
+        role = "soft" if is_soft else "hard"
+    if unit is None:
+        return None
+    return LineColumn(role, unit)
 
 
 def require_pair(columns: Sequence[LineColumn]) -> None:
@@ -200,12 +263,14 @@ def require_pair(columns: Sequence[LineColumn]) -> None:
         raise Refused("it has not one time t, or both times t_hard and t_soft")
 
 
-def _parse_columns(name: str, value: Any) -> tuple[LineColumn, ...]:
+def parse_columns(name: str, value: Any) -> tuple[LineColumn, ...]:
+    """Return the columns of cells in order, from their names; ValueError for other texts."""
     allowed = "names of all cells in order, as t_ms,hard,soft"
     return _columns_with(name, value, str(value).split(","), allowed)
 
 
-def _parse_pattern(name: str, value: Any) -> re.Pattern[str]:
+def parse_pattern(name: str, value: Any) -> re.Pattern[str]:
+    """Return a regular expression whose groups are columns; ValueError for other texts."""
     try:
         pattern = re.compile(str(value))
     except (re.error, OverflowError, RecursionError) as error:
@@ -231,22 +296,25 @@ def _columns_with(
     return columns
 
 
-def _parse_unit(name: str, value: Any) -> LineUnit:
+def parse_unit(name: str, value: Any) -> LineUnit:
     """Return a unit, or the size of one count of a converter, pF."""
     if isinstance(value, str) and not _NUMBER.fullmatch(value):
         unit = checked_unit(name, value)
         return LineUnit(unit_read(unit), PICOFARADS.get(unit, 1.0))
     title = f"{name} ({', '.join(PICOFARADS)}, or pF of one count)"
-    return LineUnit(pF=number(0, above=True)(title, value))
+    count_pF = float(value)
+    if not 0 < count_pF < math.inf:
+        raise ValueError(f"{title}: got {quoted(value)}, allowed: a number above 0")
+    return LineUnit(pF=count_pF)
 
 
 @dataclass(frozen=True)
-class LineOptions(Options):
-    """Options for the lines: the cells in order, or a regular expression with them as groups."""
+class LineFormat:
+    """How to read lines: the cells in order, or a regular expression with them as groups."""
 
-    columns: tuple[LineColumn, ...] = option(_parse_columns, ())
-    pattern: re.Pattern[str] | None = option(_parse_pattern, None)
-    unit: LineUnit = option(_parse_unit, LineUnit())
+    columns: tuple[LineColumn, ...] = ()
+    pattern: re.Pattern[str] | None = None
+    unit: LineUnit = LineUnit()  # noqa: RUF009  it cannot be changed
 
     def __post_init__(self) -> None:
         """Check that the cells are not named twice."""
@@ -263,7 +331,7 @@ Cells = list[tuple[str, str]]  # Name, "" without one, and text of each cell of 
 class Grammar:
     """Reads lines. The first line that is read fixes names and checksum of the lines after it."""
 
-    def __init__(self, options: LineOptions) -> None:
+    def __init__(self, options: LineFormat) -> None:
         self._pattern = options.pattern
         self._option = options.columns
         self.columns: Sequence[LineColumn] = options.columns
@@ -284,7 +352,7 @@ class Grammar:
         if self._pattern:
             cells = match_cells(self._pattern, text)
         else:
-            cells = split_cells(text)
+            cells = split_line(text)
             names += [label for label, _ in cells]
         form = LineForm(has_checksum, names)
         if self.form not in (None, form):
@@ -325,7 +393,7 @@ class Grammar:
             require_pair(columns)
             return columns
         if any(labels):
-            raise Refused("it has cells with and without a name; a decimal comma is not read")
+            raise Refused(f"cells with and without a name; a decimal comma is not read; {_NAMES}")
         if len(cells) != 2:
             raise Refused(f"{len(cells)} cells without names: which are hard and soft? {_NAMES}")
         if self.form is None and not all("." in text for _, text in cells):
@@ -393,7 +461,7 @@ def match_cells(pattern: re.Pattern[str], text: str) -> Cells:
     return [(name, cell.strip()) for name, cell in groups if cell is not None]
 
 
-def split_cells(text: str) -> Cells:
+def split_line(text: str) -> Cells:
     """Return the cells between ";", "|", "," or blanks, or of a JSON object; raises Refused."""
     if text.startswith("{"):
         try:
@@ -404,6 +472,7 @@ def split_cells(text: str) -> Cells:
             raise Refused("it begins as a JSON object, but is none") from error
         return [(label, "nan" if value is None else str(value)) for label, value in members]
     text = re.sub(r"^\((.*)\)$|^>", r"\1", text)  # a tuple; Teleplot
+    text = _BRACKETS.sub(r"\1_\2", text)  # Hard (pF) = 6.92
     text = re.sub(r"\s*([=:;|,])\s*", r"\1", text.strip())
     cells = []
     for part in re.split(r"[;|,]|\s+", text):
@@ -425,7 +494,7 @@ def _time_step_ns(columns: Sequence[LineColumn], texts: dict[str, str]) -> int:
 
 def _number(text: str) -> float:
     """Return the value of a cell; nan: the instrument has no value; raises Refused."""
-    if text.lstrip("+-").upper() in MARKS:
+    if text.lstrip("+-").upper() in MARKS or (text.lstrip("+-") and is_no_value(text)):
         return math.nan
     if not _NUMBER.fullmatch(text):
         raise Refused(f"{quoted(text)} is not a number")
