@@ -211,6 +211,23 @@ def problems_of_source(path: Path) -> list[str]:
     return found
 
 
+def problems_of_download(path: Path) -> list[str]:
+    """Return what is wrong in a file that no package index has: the headers, the page, the sums."""
+    if path.name == "SHA256SUMS":
+        return []
+    if path.name == "palpate-try.html":
+        page = path.read_text(encoding="utf-8")
+        if "<title>palpate" not in page or "<script src" in page:
+            return ["not the page for a browser alone; make it with python -m release.make"]
+        return []
+    if path.name == f"palpate-cpp-{version()}.zip":
+        with zipfile.ZipFile(path) as archive:
+            if f"palpate-{version()}/palpate_one.hpp" not in archive.namelist():
+                return ["palpate_one.hpp is missing"]
+        return []
+    return ["not a file of a release"]
+
+
 def problems_of(files: Iterable[Path], complete: bool = True) -> list[str]:
     """Return what is wrong with the files of a release; `complete`: every wheel has to be there."""
     found = []
@@ -220,9 +237,11 @@ def problems_of(files: Iterable[Path], complete: bool = True) -> list[str]:
         if path.suffix == ".whl":
             problems_here = problems_of_wheel(path)
             missing -= targets(path.name)
-        else:
+        elif path.name.endswith(".tar.gz"):
             problems_here = problems_of_source(path)
             sources += 1
+        else:
+            problems_here = problems_of_download(path)
         found += [f"{path.name}: {problem}" for problem in problems_here]
     if complete:
         found += [f"no wheel for {python} on {system}" for python, system in sorted(missing)]

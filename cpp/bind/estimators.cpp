@@ -45,8 +45,10 @@ constexpr auto adaptive_doc = R"(The paper's estimator: a forgetting factor swit
 
 Parameters
 ----------
-steady, alarmed : float, 0 < alarmed <= steady <= 1
-    Forgetting factor while the alarm is off, and while it is on.
+steady : float, 0 < steady <= 1
+    Forgetting factor while the alarm is off.
+alarmed : float, 0 < alarmed <= steady
+    Forgetting factor while the alarm is on.
 drift : float, pF
     Innovations smaller than this are ignored by the detector, d.
 threshold : float, pF

@@ -242,18 +242,43 @@ scene : str
     for 250 samples. "handheld": the channels aligned, `HandoverRls`, 6.5 s; a test of the model, and a revised result
     after the release. "sliding": as handheld, but the ratio may move, and a touch ends at its release only.
 **settings
-    The length of a touch, `seconds` or `samples` (int); both None: it ends at its release only. `full_scale` (pF): a
-    reading of this size is saturated and left out. `release`: share of the press below which a touch ends.
-    `falling`: a press makes both channels fall (mutual capacitances, or inverted wiring); what is returned keeps the sign.
-    `baseline`: "measured"; "zero", for readings that are changes already, as of an indenter; or its values (hard, soft), pF,
-    or with the noise of each (hard, soft, 4e-5, 4e-5): then it stays, its error is not in the uncertainty, and a touch may run from the first readings on (handheld, sliding).
-    `soft_later`: s; the soft readings are later than their times by this, as where a row has one time for both.
-    `host_stamps`: the times are a computer's; smooth them. `period`: s from pair to pair of the device; 0, not known:
-    no touch is "late". `confirmed`: seconds that a change needs with the probe down to be the result. `averaged`: seconds
-    over which the readings of a converter with more than 3 in them are averaged. `contact_exponent`: force ~ depth^p of
-    the level ratio, 1 for flat bumps, 1.5 for domes. `age`: seconds from where the press has settled to the end of a
-    touch. At 0 the last four are off; "sliding" has only `averaged` of them. And the parameters of
-    the scene's estimator. TypeError: not of this scene.
+    Settings of the scene, below, and the parameters of its estimator: `Rls` (fixed), `AdaptiveRls` (paper), `HandoverRls`
+    (handheld, sliding). TypeError for a setting that the scene does not have.
+
+Other Parameters
+----------------
+samples : int, 1 or more, or None
+    Length of a touch in samples. If `seconds` is None, too, a touch ends at its release only.
+seconds : float, s, above 0 to 9e9, or None
+    Length of a touch.
+full_scale : float, pF, above 0
+    A reading of this size is saturated and left out. inf: the converter has no limit.
+release : float, 0 < release < 1
+    Share of the press below which a touch ends.
+falling : bool
+    Whether a press makes both channels fall (mutual capacitances, or inverted wiring). Results keep the sign.
+baseline : str or tuple of float, pF
+    "measured"; "zero", for readings that are changes already, as of an indenter; or the values (hard, soft), or with the
+    noise of each (hard, soft, 4e-5, 4e-5). A baseline that is given stays, its error is not in the uncertainty, and a touch
+    may run from the first readings on.
+host_stamps : bool
+    Whether the times are those of a computer: they are smoothed.
+soft_later : float, s, -1 < soft_later < 1
+    The soft readings are later than their times by this, as where a row has one time for both channels.
+period : float, s, 0 to 1e9
+    Time from pair to pair of the device. 0: not known, and no touch has the flag "late".
+confirmed : float, s, 0 or more
+    A change becomes the result after this time with the probe down. 0: off.
+averaged : float, s, 0 to 1
+    If a converter gives more than three readings in this time, they are averaged over it. 0: off.
+contact_exponent : float, 0, 1 or 1.5
+    Exponent p of the level ratio, force ~ depth^p: 1 for flat bumps, 1.5 for domes. 0: no level ratio.
+age : float, s, 0 or more
+    Time from the moment when the press has settled to the end of the touch. 0: a touch ends at its length.
+steady : float, 0 < steady <= 1
+    Forgetting factor while the alarm is off (paper), or while the ratio does not drift (handheld).
+initial_covariance : float, 1/pF^2
+    Uncertainty of the initial ratio, as in `Rls`.
 
 Examples
 --------

@@ -1,9 +1,6 @@
-// Order of the results of a search: what explains stands before what lists. The rest are the defaults of Sphinx.
+// Order of the results of a search: pages that explain come before pages that list. The rest are the defaults of Sphinx.
 var Scorer = {
-  score: ([page, , , , score]) => {
-    if (/^(source|changes|contributing|security)$/.test(page)) return score - 12;
-    return page.startsWith("api/") ? score - 4 : score;
-  },
+  score: ([page, , , , score]) => (page.startsWith("reference/") ? score - 4 : score),
   objNameMatch: 11,
   objPartialMatch: 6,
   objPrio: { 0: 15, 1: 5, 2: -5 },

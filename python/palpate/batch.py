@@ -90,9 +90,8 @@ def touches(  # type: ignore[misc]  # the first argument has two names: recordin
 
     Parameters
     ----------
-    recording : Recording, Simulation, the result of `palpate.recorded`, path-like, or data frame;
-    or an iterable of them
-        Anything with the members of `palpate.recording_protocol.RecordingProtocol`. A reading that
+    recording : Recording, Simulation, path-like, data frame, or an iterable of them
+        Also the result of `palpate.recorded`, and anything with the members of `palpate.recording_protocol.RecordingProtocol`. A reading that
         is nan, or `full_scale_pF` or more, is left out and counted. The result of
         `palpate.recorded` and a path are read in blocks. Of a recording of palpate, the baseline is
         tared at the same samples as in the measurement, and a touch after a gap has the flag "gap".

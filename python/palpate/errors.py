@@ -14,7 +14,19 @@ from palpate.messages import printable
 
 
 class PalpateError(Exception):
-    """Base class of all errors of palpate."""
+    """Base class of all errors of palpate.
+
+    Examples
+    --------
+    >>> import palpate
+    >>> try:
+    ...     palpate.open("serial:/dev/not-there")
+    ... except palpate.errors.DeviceNotFound:
+    ...     print("connect the device")
+    ... except palpate.PalpateError as error:
+    ...     print(f"another problem: {error}")
+    connect the device
+    """
 
     def __init__(self, *message: object) -> None:  # gives inspect.signature a signature
         super().__init__(*message)

@@ -119,18 +119,27 @@ class Flag(StrEnum):
         The samples hardly moved the initial ratio.
     ONE_SIDED
         One channel did not change, or fell: a ratio below 0.02 or above 50.
-    OFFSET, DRIFT, LAG, CURVE
-        The samples contradict hard = ratio * soft: bumps not level; drift of a baseline or of the
-        object; a late channel, or wrong times; a gauge or bump that is not linear.
+    OFFSET
+        The samples contradict hard = ratio * soft: the bumps are not level.
+    DRIFT
+        The samples contradict hard = ratio * soft: a baseline or the object drifted.
+    LAG
+        The samples contradict hard = ratio * soft: a channel is late, or the times are wrong.
+    CURVE
+        The samples contradict hard = ratio * soft: a gauge or a bump is not linear.
     TILT
         The ratio differs from the level ratio.
     CHANGED
         The ratio changed during the touch: `ratio` is the one after it; or shortly before the end:
         the one before.
-    STEP, JUMPED
-        A channel jumped during the touch; the touch was a jump of the channels, and no contact.
-    CREEP, BASELINE
-        Known after the release: a channel recovers slowly; the baseline was measured in contact.
+    STEP
+        A channel jumped during the touch.
+    JUMPED
+        The touch was a jump of the channels, and no contact.
+    CREEP
+        Known after the release: a channel recovers slowly.
+    BASELINE
+        Known after the release: the baseline was measured in contact.
     GAP
         `Tracker.gap` ended the touch; or the baseline was measured after a gap, and no release has
         shown yet that this was without contact.

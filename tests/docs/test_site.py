@@ -9,12 +9,12 @@ import pytest
 from effort import NIGHTLY
 from live_browser import Browser
 
-EACH = 1 if NIGHTLY else 10
-"""Of the pages of the API, which are made alike, every tenth; at night all."""
+EACH = 1 if NIGHTLY else 4
+"""Of the generated pages, which are made alike, every fourth; at night all."""
 READ = (
     "how",
-    "api/palpate.Tracker",
-    *(("cli", "live", "search", "genindex", "index") if NIGHTLY else ()),
+    "reference/settings",
+    *(("cli", "live", "search", "index") if NIGHTLY else ()),
 )
 """Pages that axe-core looks at, which takes some seconds each."""
 
@@ -51,7 +51,10 @@ def go(opened: Browser, site: Path, page: str) -> None:
 def pages(folder: Path) -> list[str]:
     """Return the pages to open."""
     written = sorted(path.name for path in folder.glob("*.html"))
-    return written + sorted(f"api/{path.name}" for path in (folder / "api").glob("*.html"))[::EACH]
+    return (
+        written
+        + sorted(f"reference/{path.name}" for path in (folder / "reference").glob("*.html"))[::EACH]
+    )
 
 
 def test_each_page_is_whole_at_a_desk_and_on_a_phone(opened: Browser, site: Path) -> None:

@@ -12,7 +12,7 @@ import palpate
 import pytest
 from project import ROOT, need, run
 
-from release import smoke
+from release import make, smoke
 from release.package import (
     NEEDED,
     SYSTEMS,
@@ -194,6 +194,27 @@ def test_each_fault_of_a_wheel_is_said(tmp_path: Path, changed: dict[str, str], 
     path = wheel(tmp_path, "cp311-cp311-manylinux_2_28_x86_64", **changed)  # type: ignore[arg-type]
     found = problems_of([path], complete=False)
     assert any(said in line and path.name in line for line in found), found
+
+
+def test_each_fault_of_a_download_is_said(tmp_path: Path) -> None:
+    archive = tmp_path / f"palpate-cpp-{VERSION}.zip"
+    with zipfile.ZipFile(archive, "w") as file:
+        file.writestr("other.hpp", "")
+    page = tmp_path / "palpate-try.html"
+    page.write_text("<title>palpate</title>", encoding="utf-8")
+    assert problems_of([page], complete=False) == []
+    page.write_text('<title>palpate</title><script src="try.js">', encoding="utf-8")
+    stray = tmp_path / "notes.txt"
+    found = problems_of([archive, page, stray], complete=False)
+    assert [line.split(": ")[0] for line in found] == ["notes.txt", archive.name, page.name]
+
+
+def test_a_release_is_made_in_a_new_folder_of_a_source_that_is_ready(tmp_path: Path) -> None:
+    (tmp_path / "old.whl").write_text("")
+    assert "allowed: a new one" in make.make_release(tmp_path)[0]
+    if problems(f"v{version()}"):
+        assert make.make_release(tmp_path / "new") == problems(f"v{version()}")
+        assert not (tmp_path / "new").exists()
 
 
 def test_the_bits_are_those_that_each_wheel_must_have() -> None:

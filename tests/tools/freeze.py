@@ -280,9 +280,10 @@ def accepted(folder: Path) -> str:
 
 def names(_: Path) -> str:
     """Return the public names with their signatures and members."""
-    listed = re.findall(
-        r"^   (palpate\.\S+)$", (ROOT / "docs" / "api.md").read_text(encoding="utf-8"), re.MULTILINE
-    )
+    listed = []
+    for page in (ROOT / "docs" / "reference").glob("api*.md"):
+        text = page.read_text(encoding="utf-8")
+        listed += re.findall(r"^### `(palpate\.\S+)`$", text, re.MULTILINE)
     parts = [f"palpate: {' '.join(palpate.__all__)}"]
     for name in sorted(set(listed)):
         found = pkgutil.resolve_name(name)

@@ -18,9 +18,9 @@ namespace design {
 
 // Ranges of what cusum takes.
 constexpr double shortest_interval = 10, longest_interval = 1e12;  ///< samples
-constexpr double least_clip = 1, most_clip = 100;  ///< below 1 mostly the sign of the innovation remains
-constexpr double largest_shift = 1.5;              ///< in clips
-constexpr double least_threshold = 1e-3, most_threshold = 128;
+constexpr double least_clip = 1, most_clip = 100;               ///< below 1 mostly the sign of the innovation remains
+constexpr double largest_shift = 1.5;                           ///< in clips
+constexpr double least_threshold = 1e-3, most_threshold = 128;  ///< standard deviations
 
 /// What a user wants of a detector. The defaults stand for the default drift and threshold of an estimator's settings.
 struct Goal {
@@ -31,9 +31,9 @@ struct Goal {
 // An estimator may have several detectors, so each must be rarer than the estimator's goal. The interval of one two-sided CUSUM
 // is false_alarm_interval times this share. The default Goal then gives the default thresholds, 10, 12 and 11:
 // tests/cpp/design.cpp.
-constexpr double handover_share = 1.1558;
-constexpr double vector_share = 25.12;  ///< for 8 coefficients
-constexpr double window_share = 5.363;  ///< of AdaptiveWindow: its default is 11
+constexpr double handover_share = 1.1558;  ///< of the interval of one CUSUM
+constexpr double vector_share = 25.12;     ///< for 8 coefficients
+constexpr double window_share = 5.363;     ///< of AdaptiveWindow: its default is 11
 
 /// The tests of the windows have as many false alarms as one independent test in so many samples. The default interval then
 /// gives a limit of 5 standard deviations.

@@ -32,8 +32,9 @@ class ExitCode(IntEnum):
     """The exit codes of all commands."""
 
     DONE = 0
+    """The command did its work."""
     UNEXPECTED = 1
-    """An unexpected error; or the program that reads the output has closed the pipe."""
+    """An unexpected error, or the program that reads the output has closed the pipe."""
     USAGE = 2
     """A wrong command line, wrong keys or values in palpate.toml, or a calibration of another chip."""
     NO_DEVICE = 3
@@ -41,7 +42,7 @@ class ExitCode(IntEnum):
     BAD_DATA = 4
     """A file is missing, not readable or damaged, or an output cannot be written."""
     NOT_RELIABLE = 5
-    """Measured, but not reliable: each command says when, `replay` in `Replay.exit_code`."""
+    """Measured, but not reliable: the help of each command says when."""
     MISSING_EXTRA = 6
     """An optional package is missing."""
     INTERRUPTED = 130

@@ -312,25 +312,6 @@ def parse_map(text: str) -> dict[str, str]:
 class ReadOptions:
     """How to read a table of another program; None means that palpate finds it out.
 
-    Attributes
-    ----------
-    columns : mapping or str, optional
-        Names or positions of "hard", "soft", "time" and "soft_time"; or, of captured lines, the
-        names of the cells in order, as "t_ms,hard,soft".
-    unit : str, optional
-        Of both signals.
-    time_unit : str, optional
-    rate : float, optional
-        Pairs a second, in place of times.
-    decimal : str, optional
-        "point" or "comma".
-    soft : path-like, optional
-        The file of the soft channel.
-    part : str, optional
-        Name of a sheet or stream.
-    pattern : str, optional
-        Of captured lines: a regular expression with groups of these names.
-
     Raises
     ------
     ValueError
@@ -338,13 +319,22 @@ class ReadOptions:
     """
 
     columns: Mapping[str, str | int] | str | None = None
+    """Names or positions of "hard", "soft", "time" and "soft_time". Of captured lines: the names of
+    the cells in order, as "t_ms,hard,soft"."""
     unit: str | None = None
+    """Unit of both signals."""
     time_unit: str | None = None
+    """Unit of the times, ns to d."""
     rate: float | None = None
+    """Pairs a second, in place of times."""
     decimal: str | None = None
+    """Decimal mark, "point" or "comma"."""
     soft: str | os.PathLike[str] | None = None
+    """File of the soft channel."""
     part: str | None = None
+    """Name of a sheet or stream."""
     pattern: str | None = None
+    """Of captured lines: a regular expression with groups of these names."""
 
     @property
     def named_columns(self) -> Mapping[str, str | int]:

@@ -45,16 +45,25 @@ def excitation_pins(name: str, value: Any) -> tuple[str, str]:
 
 @dataclass(frozen=True)
 class ConverterOptions(Options):
-    """Options of the AD7746; `replug`: longest time to wait for an unplugged device, s."""
+    """Options of the AD7746."""
 
     capf: int | None = option(whole_number(0, 7), None)
+    """Speed: 0, 11 ms for a conversion, to 7, 110 ms; 4, 62 ms, rejects mains frequency. Default: 0, or
+    that of the scenario."""
     excitation: tuple[str, str] = option(excitation_pins, (Channel.excitation, Channel.excitation))
+    """Excitation pins that the bumps are wired to."""
     level: int = option(whole_number(0, 3), Configuration.level)
+    """Excitation voltage: VDD/8, VDD/4, 3/8 VDD or VDD/2."""
     chop: bool = option(yes_no, Configuration.chop)
+    """Chopping of the capacitive channel, bit CAPCHOP."""
     differential: bool = option(yes_no, Configuration.differential)
+    """Measure CIN+ minus CIN-, bit CAPDIFF, in place of CIN+ alone."""
     hard_input: int | None = option(_INPUT, None)
+    """Input of the hard bump, CIN1 or CIN2. Default: CIN1, or the one that `soft_input` leaves."""
     soft_input: int | None = option(_INPUT, None)
+    """Input of the soft bump. Default: the other one."""
     replug: float = option(number(0, 86400), REPLUG_S)
+    """Longest time to wait for a board that was unplugged, s."""
 
     @property
     def configuration(self) -> Configuration:
@@ -79,6 +88,7 @@ class UsbOptions(ConverterOptions):
     """Options of `usb:`."""
 
     firmware: str | None = option(text, None)
+    """Path of the firmware file, for a board without one."""
     backend: Any = None  # of pyusb
     clock: Clock | None = None
 

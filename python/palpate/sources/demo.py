@@ -36,11 +36,14 @@ _KEPT = 4  # presses that are still felt, at most
 
 @dataclass(frozen=True)
 class DemoOptions(ConverterOptions):
-    """Options of `demo:`; `page`: there is a page that presses, so it does not end by itself."""
+    """Options of `demo:`."""
 
     seed: int = option(whole_number(0, 2**63), 0)
+    """The same seed and the same presses give the same readings."""
     page: bool = option(yes_no, False)
+    """Whether a page presses the probe: then the source does not end by itself."""
     tremor: float = option(number(0, 1), 0.02)
+    """Tremor of the force, relative."""
 
 
 class PageHand(SimulatedHand):

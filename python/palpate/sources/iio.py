@@ -58,7 +58,9 @@ class IioOptions(Options):
     """Options of `iio:`; `root`: the folder of the devices."""
 
     hard_input: int = option(whole_number(1, 2), 1)
+    """Input of the hard bump; the soft bump has the other one."""
     centre: bool = option(yes_no, False)
+    """Move the range to the signals at the start; it needs permission to write two files."""
     root: Path = DEVICES
     clock_ns: Callable[[], int] = fine_ns
 

@@ -50,14 +50,24 @@ class LslOptions(Options):
     """Options of `lsl:`: the stream, its channels with their unit, and the kind of its times."""
 
     type: str = option(text, "")
+    """Type of the stream, if several have the name."""
     source_id: str = option(text, "")
+    """Identifier of the stream's source, if several have the name."""
     host: str = option(text, "")
+    """Computer that sends the stream, if several do."""
     hard: str = option(text, "")
+    """Channel of the hard bump: its label, or its position counted from 1."""
     soft: str = option(text, "")
+    """Channel of the soft bump: its label, or its position counted from 1."""
     stamps: str = option(choice("converter", "host"), "")
+    """Whose times the stream has: those of the conversions, or of a computer. Default: as the stream
+    says, else host."""
     replug: float = option(number(0, 86400), 30.0)
+    """Longest time to wait for a stream that has ended, s."""
     unit: str = option(checked_unit, "")
+    """Unit of the channels. Default: as the stream says."""
     wait: float = option(number(0, 86400), WAIT_S)
+    """Longest time until the stream answers, s."""
 
 
 @cache

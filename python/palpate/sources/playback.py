@@ -25,11 +25,14 @@ _STOOD_S = 0.25  # the computer stood still, or slept
 
 @dataclass(frozen=True)
 class FileOptions(ReadOptions, Options):
-    """Options of a path; `speed`: of its replay, None: as fast as possible."""
+    """Options of a path."""
 
     unit: str | None = option(checked_unit, None)
+    """Unit of both signals. Default: from the header, else by size."""
     rate: float | None = option(number(0, above=True), None)
+    """Pairs a second, in place of times."""
     speed: float | None = option(number(0, above=True), None)
+    """Speed relative to the recording: 1 is its own speed. Default: as fast as possible."""
 
 
 class FileSource(Stoppable):

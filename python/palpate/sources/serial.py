@@ -55,11 +55,18 @@ class SerialOptions(LineFormat, Options):
     """Options of `serial:`."""
 
     columns: tuple[LineColumn, ...] = option(parse_columns, ())
+    """Names of the cells of a line, in order. Default: from the first lines."""
     pattern: re.Pattern[str] | None = option(parse_pattern, None)
+    """A regular expression with groups of these names, in place of `columns`."""
     unit: LineUnit = option(parse_unit, LineUnit())
+    """Unit of the values, or the size of one count of a converter in pF. Default: pF, or as the names
+    say."""
     baud: int = option(whole_number(50, 4_000_000), 115200)
+    """Speed of the port, bits a second."""
     reset: bool = option(yes_no, True)
+    """Whether opening the port may reset the board; no: DTR and RTS stay inactive."""
     replug: float = option(number(0, 86400), 30.0)
+    """Longest time to wait for a port that was unplugged, s."""
 
 
 def port_error(port: str, error: Exception, system: str = sys.platform) -> SourceError:

@@ -129,15 +129,23 @@ def _simplified(kind: str) -> str:
 
 @dataclass(frozen=True)
 class SimOptions(ConverterOptions):
-    """Options of `sim:`; `paced`: in real time on a virtual clock, which no computer disturbs."""
+    """Options of `sim:`."""
 
     seed: int = option(whole_number(0, 2**63), 0)
+    """The same seed gives the same readings."""
     speed: float | None = option(number(0, 1000, above=True), None)
+    """Speed relative to real time: 1 is real time. Default: as fast as possible."""
     bus_kHz: float = option(number(10, 400), BUS_KHZ)
+    """Clock of the I2C bus, kHz."""
     fault: tuple[Incident, ...] = option(parse_faults, ())
+    """Faults of the board or of the computer, separated by commas: the kind, its amount (default 1)
+    and its time, s after the start."""
     wiring: str = option(choice(*WIRINGS), "guide")
+    """The wiring: that of the guide, or a mistake."""
     idle: float = option(number(0, 86400), 0.0)
+    """Time at rest before the scenario begins, s."""
     paced: bool = option(yes_no, False)
+    """Real time on a virtual clock, which no load of the computer disturbs."""
 
 
 class Pacing:

@@ -37,6 +37,7 @@ class UnsuspectedNoise {
   static constexpr int patience = 128;  ///< samples that wait at most
   static constexpr Real trust = 10;     ///< samples that the scale counts as, beside those that wait
 
+  /// Without a sample.
   constexpr UnsuspectedNoise() noexcept {}
 
   /// The innovation minus its forecast.
