@@ -213,7 +213,9 @@ class Converter:
         time by the registers and the bus time of the kit, the computer was always late: then it is
         their sum with a quarter as a margin.
         """
-        conversion_s = self.configuration.conversion_s * (2 if self.configuration.chop else 1)
+        conversion_s = self.configuration.conversion_s
+        if self.configuration.chop:
+            conversion_s *= 2
         most_s = _MARGIN * (conversion_s + _BUS_S)
         fastest_ns = self._fastest_ns.get(self._speed)
         return most_s if fastest_ns is None else min(fastest_ns / 1e9, most_s)
