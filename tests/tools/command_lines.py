@@ -13,7 +13,7 @@ import click
 from click.exceptions import Exit
 from click.testing import CliRunner, Result
 from palpate.cli.main import palpate_command
-from palpate.cli.paths import InputFile, Recordings
+from palpate.cli.paths import FileArgument, InputFile, Recordings
 
 _PROGRAM = re.compile(r"^(?:\$ |sudo )*(?:\S*/)?palpate (.*)$")
 
@@ -55,15 +55,24 @@ def lines_of(block: str) -> list[str]:
     return [re.split(r" (?:\||\|\||&|>|2>)", line)[0] for line in found]
 
 
+def one_file(value: str) -> FileArgument:
+    """Return an argument that names one file, which need not exist."""
+    return FileArgument([Path(value)], is_pattern=False)
+
+
 def parsed(line: str) -> str:
     """Parse one command, with all its arguments, without running it; return its name."""
     command, words, name = _command(shlex.split(line, comments=True))
     assert name, f"palpate {line}: no such command"
     with ExitStack() as files_need_not_exist:
         for parameter in command.params:
-            if isinstance(parameter.type, InputFile | Recordings):
+            if isinstance(parameter.type, InputFile):
                 files_need_not_exist.enter_context(
                     patch.object(parameter.type, "convert", lambda value, *_: Path(value))
+                )
+            elif isinstance(parameter.type, Recordings):
+                files_need_not_exist.enter_context(
+                    patch.object(parameter.type, "convert", lambda value, *_: one_file(value))
                 )
         with suppress(Exit):  # --help
             command.make_context(f"palpate {name}", words, **palpate_command.context_settings)
