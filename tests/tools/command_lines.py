@@ -3,7 +3,7 @@
 import json
 import re
 import shlex
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Any
@@ -55,28 +55,29 @@ def lines_of(block: str) -> list[str]:
     return [re.split(r" (?:\||\|\||&|>|2>)", line)[0] for line in found]
 
 
-def one_file(value: str) -> FileArgument:
-    """Return an argument that names one file, which need not exist."""
-    return FileArgument([Path(value)], is_pattern=False)
-
-
 def parsed(line: str) -> str:
     """Parse one command, with all its arguments, without running it; return its name."""
     command, words, name = _command(shlex.split(line, comments=True))
     assert name, f"palpate {line}: no such command"
     with ExitStack() as files_need_not_exist:
         for parameter in command.params:
-            if isinstance(parameter.type, InputFile):
-                files_need_not_exist.enter_context(
-                    patch.object(parameter.type, "convert", lambda value, *_: Path(value))
-                )
-            elif isinstance(parameter.type, Recordings):
-                files_need_not_exist.enter_context(
-                    patch.object(parameter.type, "convert", lambda value, *_: one_file(value))
-                )
+            convert: Callable[..., object] = _path
+            if isinstance(parameter.type, Recordings):
+                convert = _file_argument
+            elif not isinstance(parameter.type, InputFile):
+                continue
+            files_need_not_exist.enter_context(patch.object(parameter.type, "convert", convert))
         with suppress(Exit):  # --help
             command.make_context(f"palpate {name}", words, **palpate_command.context_settings)
     return f"palpate {name}"
+
+
+def _path(value: str, *_: object) -> Path:
+    return Path(value)
+
+
+def _file_argument(value: str, *_: object) -> FileArgument:
+    return FileArgument([Path(value)], is_pattern=False)
 
 
 def has_options(line: str) -> str | None:
