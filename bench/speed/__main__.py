@@ -1,6 +1,6 @@
 """Speed and error: calls, blocks, streams and the ring, in comparison with other libraries.
 
-    python -m bench.speed [--rounds 100]      measure, print, write results/speed.json and the table of docs/speed.md
+    python -m bench.speed [--rounds 100]      measure, print, write results/speed.json and the table of docs/numbers.md
     python -m bench.speed --table             print that table from the file
 
 All items are timed alternately in one run; the quotients are the result. Needs a C++ compiler (CXX; default c++); uses scipy,
@@ -15,7 +15,7 @@ from typing import Any
 from bench.results_age import RESULTS, ROOT, about
 from bench.speed.calls import measure_native, measure_python
 
-PAGE = ROOT / "docs" / "speed.md"
+PAGE = ROOT / "docs" / "numbers.md"
 MARK = "<!-- python -m bench.speed --table -->"
 END = "<!-- end -->"
 Figures = dict[str, Any]
@@ -95,7 +95,7 @@ def limits(figures: Figures) -> str:
 
 
 def short_table(figures: Figures) -> str:
-    """Return the table of docs/speed.md."""
+    """Return the table of docs/numbers.md."""
     lines = ["| | ns a sample | error of the ratio, rms |", "|---|---|---|"]
     for name, text in SHORT.items():
         if name in figures:
@@ -132,7 +132,7 @@ def main() -> None:
         "--out", type=Path, default=RESULTS / "speed.json", help="where the figures go"
     )
     parser.add_argument(
-        "--table", action="store_true", help="print the table of docs/speed.md from the file"
+        "--table", action="store_true", help="print the table of docs/numbers.md from the file"
     )
     options = parser.parse_args()
     if options.table:

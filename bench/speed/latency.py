@@ -1,7 +1,7 @@
 """Latency: how old a ratio is when Python has it, by stage, and how long a contact takes until it is found.
 
     python -m bench.speed.latency [--pairs 1000] [--touches 200] [--out bench/results/latency.json]
-    python -m bench.speed.latency --table                             print the table of docs/speed.md
+    python -m bench.speed.latency --table                             print the table of docs/numbers.md
 
 The first table is live: the simulated board in real time, read by the real driver, through ring and tracker. The times
 of its bus are assumptions (palpate.ad7746.simulator.evalboard), not measured on a board. Its column "idle" is by a virtual clock. It
@@ -258,7 +258,7 @@ def measure(pairs: int, touches: int, seed: int) -> dict[str, Any]:
 
 
 def table(found: dict[str, Any]) -> str:
-    """Return the table of docs/speed.md."""
+    """Return the table of docs/numbers.md."""
 
     def row(name: str, cells: list[float | None], digits: int) -> str:
         shown = ("" if value is None else f"{value:.{digits}f}" for value in cells)
@@ -296,7 +296,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1, help="of the live measurement")
     parser.add_argument("--out", type=Path, default=OUT, help="where the figures go")
     parser.add_argument(
-        "--table", action="store_true", help="print the table of docs/speed.md from the file"
+        "--table", action="store_true", help="print the table of docs/numbers.md from the file"
     )
     options = parser.parse_args()
     if options.table:

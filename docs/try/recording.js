@@ -30,19 +30,20 @@ export function recordingOf(core, files) {
   core.wasm.form(rows.head(name, bytes), true, codes.zero, codes.per_pF);
   for (const count of rows.parts(name, bytes)) rows.take(count);
   got.close();
-  const verdict =
-    end.repaired !== undefined
-      ? "repaired"
-      : end.error
-        ? "complete, until the source failed"
-        : "complete, clean end";
   const useless = got.useless ? `, ${got.useless} without a value` : "";
   got.file = {
     name,
-    said: `A recording: ${verdict}, ${got.rows} rows, ${got.lost} missing${useless}. Nothing is being measured.`,
+    said: `A recording: ${verdictOf(end, got.lost)}, ${got.rows} rows, ${got.lost} missing${useless}. Nothing is being measured.`,
   };
   got.messages = [...(end.error ? [`the source failed: ${end.error}`] : []), ...notes.map(String)];
   return got;
+}
+
+// What became of a recording, in the words of `palpate check`.
+function verdictOf(end, lost) {
+  if (end.repaired !== undefined) return "repaired";
+  const samples = lost ? "samples lost" : "complete";
+  return end.error ? `${samples}, until the source failed` : `${samples}, clean end`;
 }
 
 // The two files of a recording, with nothing missing and nothing changed.

@@ -1,4 +1,4 @@
-"""Layouts of the bumps: the error of a tilted probe is what its geometry says, and docs/layouts.md shows the last table."""
+"""Layouts of the bumps: the error of a tilted probe is what its geometry says, and docs/simulation.md shows the last table."""
 
 import json
 import math
@@ -37,7 +37,7 @@ def test_the_error_of_a_tilt_is_that_of_the_geometry(probe: str, seed: int) -> N
 
 
 def test_the_page_shows_the_last_table(tmp_path: Path) -> None:
-    page = (ROOT / "docs" / "layouts.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "simulation.md").read_text(encoding="utf-8")
     assert (
         "\n".join(json.loads((RESULTS / "layouts.json").read_text(encoding="utf-8"))["table"])
         in page

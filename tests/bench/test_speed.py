@@ -1,4 +1,4 @@
-"""The benches of speed run, and docs/speed.md shows what they wrote. No time is tested: the machine is shared."""
+"""The benches of speed run, and docs/numbers.md shows what they wrote. No time is tested: the machine is shared."""
 
 import json
 from pathlib import Path
@@ -11,7 +11,7 @@ from bench.results_age import RESULTS
 from bench.speed import __main__ as speed
 from bench.speed import calls, files, latency
 
-PAGE = ROOT / "docs" / "speed.md"
+PAGE = ROOT / "docs" / "numbers.md"
 
 
 def test_calls_are_timed_and_judged() -> None:

@@ -78,7 +78,7 @@ def test_the_standard_error_knows_of_tones_and_baselines(
 
 
 def test_a_drift_without_contact_is_no_touch() -> None:
-    """The limit in docs/untried.md: 3e-5 pF/s in both channels."""
+    """The limit in docs/numbers.md: 3e-5 pF/s in both channels."""
     baselines = (
         BaselineModel(0.62, drift_pF_per_s=3e-5),
         BaselineModel(-0.41, drift_pF_per_s=3e-5),

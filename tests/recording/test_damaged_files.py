@@ -31,6 +31,7 @@ def test_what_is_missing_and_clipped(tmp_path: Path) -> None:
     ]
     report = check(record(tmp_path / "run.csv", rows))
     assert report.clean
+    assert report.verdict == "samples lost, clean end"
     assert report.findings == (
         "31 samples lost in 2 gaps",
         "2 rows without a usable value",

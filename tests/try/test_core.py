@@ -127,6 +127,7 @@ def test_marks_and_settings_are_those_of_a_replay(node: Any, tmp_path: Path, see
     found = of_path(node, path)
     require_same_touches(found, path)
     assert found["lost"] == block["seq"][-1] - block["seq"][0] + 1 - len(block)
+    assert f"A recording: {palpate.check(path).verdict}, " in found["state"]["line"]["text"]
     assert [mark["text"] for mark in found["events"]["marks"]] == [mark["text"] for mark in marks]
 
 

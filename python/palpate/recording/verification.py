@@ -83,8 +83,10 @@ class Verification:
             return "repaired"
         if self.clean is None:
             return "readable"
+        rows = "samples lost" if self.survey.lost else "complete"
         failed = any(text.startswith(SOURCE_FAILED) for text in self.findings)
-        return "complete, until the source failed" if failed else "complete, clean end"
+        end = "until the source failed" if failed else "clean end"
+        return f"{rows}, {end}"
 
     def as_dict(self) -> Json:
         """Return the fields as plain values, for JSON."""
