@@ -21,9 +21,9 @@ import numpy as np
 import palpate
 from palpate.files import Json
 from palpate.live.commands import LiveWorkbench
-from palpate.live.files import RunFiles
 from palpate.live.measurement import LiveMeasurement
 from palpate.live.page_commands import MarkTextCommand, NoteCommand, PlanCommand
+from palpate.live.run_files import RunFiles
 from palpate.samples import DTYPE, Block
 from palpate.source_events import SourceEvent
 from palpate.sources import Source

@@ -90,6 +90,7 @@ A flag is a warning about the result of a touch. `palpate replay`, the page and 
 print a sentence for each flag: the likely cause, its size, and the remedy. A flag can leave a
 touch out of means and fits; one whose error is less than a third of the uncertainty of the ratio
 does not."""
+_MAP = "The columns of a table: names, or positions counted from 1."
 _ESTIMATORS = (
     palpate.HandoverRls,
     palpate.AdaptiveRls,
@@ -119,19 +120,18 @@ def options_table(owner: type[Options]) -> str:
     """Return the table of the options of one kind of source."""
     texts = attribute_docstrings(owner)
     rows = []
+    if owner is FileOptions:
+        rows.append(("`map`", "", "hard=COL,soft=COL,time=COL", _MAP))
     for field in dataclasses.fields(owner):
         text = texts.get(field.name)
         if text is None:
             continue
-        name = field.name
-        if name == "columns" and owner is FileOptions:
-            name = "map"
         stated = re.search(r" ?Default: ([^.]*)\.$", text)
         default = default_value(field.default)
         if stated:
             default = prose(stated[1])
             text = text[: stated.start()]
-        rows.append((code(name), default, allowed(field), prose(text)))
+        rows.append((code(field.name), default, allowed(field), prose(text)))
     return table(("option", "default", "allowed", "meaning"), rows)
 
 

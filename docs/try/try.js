@@ -15,7 +15,6 @@ import { recordingOf } from "./recording.js";
 
 const MOST_BYTES = 3e8; // of a recording
 const DEMO = {
-  now: { word: "Demo", sub: "simulated touches: nothing is measured", tone: "idle", share: null },
   line: {
     level: "note",
     title: "This is a simulation.",

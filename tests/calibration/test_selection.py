@@ -25,8 +25,8 @@ from palpate.calibration.specimen_files import write_session
 from palpate.calibration.specimen_fit import SpecimenTouches, error_share, fit_specimens
 from palpate.elasticity import SORBOTHANE_MPA
 from palpate.live.calibration_fit import GuidedCalibration
-from palpate.live.files import RunFiles
 from palpate.live.plan import KnownSpecimen
+from palpate.live.run_files import RunFiles
 from palpate.recording import session as stored
 from palpate.recording import sidecar
 from palpate.recording_protocol import RecordingProtocol

@@ -92,6 +92,7 @@ def test_live_says_in_the_terminal_that_a_recording_failed(tmp_path: Path) -> No
         process.send_signal(signal.SIGINT)
         assert process.wait(PATIENCE_S) == 4
     assert printed.read_text().splitlines()[1:] == [
+        "It begins when the page is open, after 8 s at the latest.",
         f"Error: {path}: was removed, renamed or moved while it was recorded",
         "ended",
     ]

@@ -318,3 +318,24 @@ def test_an_ambiguity_names_the_option_that_resolves_it(tmp_path: Path) -> None:
     for error in (caught.value, copied):
         assert error.option is Option.UNIT
         assert str(error).startswith("unit: got none in the header, and values of about 160 in C1")
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        "time,C1,time,C2",
+        "Time (s),C1,Time (s),C2",
+        "X_Value,C1,X_Value,C2",
+        "Time_C1,C1,Time_C2,C2",
+    ],
+)
+def test_each_channel_has_the_times_of_its_own_column(tmp_path: Path, header: str) -> None:
+    rows = "".join(
+        f"{i / 40:.3f},{6 + i % 3},{i / 40 + 0.013:.3f},{4 + i % 2}\n" for i in range(40)
+    )
+    found = read(table(tmp_path, header, rows))
+    assert found.t_soft_s - found.t_hard_s == pytest.approx(0.013)
+    names = header.split(",")
+    exchanged = ",".join([names[2], names[3], names[0], names[1]])
+    found = read(table(tmp_path, exchanged, rows))
+    assert found.t_hard_s - found.t_soft_s == pytest.approx(0.013)

@@ -20,7 +20,7 @@ import uvicorn
 from live_bench import HOST, ORIGIN, OWN, PORT, begun, client
 from live_browser import Browser
 from live_server import PATIENCE_S, Live
-from palpate.live import feed, measurement, peers
+from palpate.live import measurement, page_frames, peers
 from palpate.live.access import HEADERS, Gatekeeper
 from palpate.live.app import PageApp, page_files
 from palpate.live.server import WS
@@ -182,7 +182,7 @@ def test_the_page_is_sent_compressed_to_a_browser_that_takes_it(tmp_path: Path) 
 def test_the_limits_are_those_that_the_pages_promise() -> None:
     """docs/live.md has these numbers."""
     assert HEADERS["Content-Security-Policy"].startswith("default-src 'none'; script-src 'self';")
-    assert (measurement.KEPT, feed.BINS_PER_S) == (65_536, 500.0)
+    assert (measurement.KEPT, page_frames.BINS_PER_S) == (65_536, 500.0)
 
 
 def test_half_a_request_a_long_one_and_nonsense_do_not_stop_the_recording(tmp_path: Path) -> None:

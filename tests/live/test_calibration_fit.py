@@ -17,7 +17,6 @@ from palpate.calibration.provenance import Provenance
 from palpate.calibration.specimen_fit import SpecimenTouches, fit_specimens
 from palpate.elasticity import SORBOTHANE_MPA
 from palpate.live.calibration_fit import GuidedCalibration
-from palpate.live.files import RunFiles
 from palpate.live.plan import KnownSpecimen, TouchKept
 from palpate.live.protocol import (
     CalibrationMessage,
@@ -25,6 +24,7 @@ from palpate.live.protocol import (
     RefusedCommand,
     RigidRatio,
 )
+from palpate.live.run_files import RunFiles
 from palpate.simulation.hand import session
 from palpate.simulation.scenarios import PROBE
 from palpate.sources.simulated_hand import SimulatedHand

@@ -11,7 +11,7 @@ from page_charts import drag, drawn, fire, look, settled, share_of, window
 from page_data import GAP, ORIGIN_S, RATE, State, state
 from page_states import Canned, opened
 from palpate import number_format
-from palpate.live.feed import ROW, RowFlag, Rows
+from palpate.live.page_frames import ROW, RowFlag, Rows
 from selenium.webdriver.common.keys import Keys
 
 HOURS = 10.0

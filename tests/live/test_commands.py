@@ -9,7 +9,6 @@ import pytest
 from live_bench import OWN_FILE, SOURCE, begun, client
 from palpate.live.commands import FileWorkbench, LiveCommand, LiveWorkbench
 from palpate.live.file_review import RecordedMeasurement
-from palpate.live.files import RunFiles
 from palpate.live.measurement import LiveMeasurement, opener
 from palpate.live.page_commands import (
     COMMANDS,
@@ -20,6 +19,7 @@ from palpate.live.page_commands import (
     decode,
 )
 from palpate.live.protocol import RefusedCommand
+from palpate.live.run_files import RunFiles
 
 VALUES: dict[str, dict[str, Any]] = {
     "record": {"name": "run.csv"},

@@ -1,5 +1,6 @@
 """The demo of `palpate live`: without a board a person presses a simulated probe on the page, and calibrates."""
 
+import re
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -10,9 +11,9 @@ from live_browser import Browser
 from live_server import Live
 from page_looks import CUT, SIDEWAYS, audit
 from palpate.live.commands import LiveWorkbench
-from palpate.live.files import RunFiles
 from palpate.live.measurement import LiveMeasurement, opener
 from palpate.live.page_commands import PlanCommand, PressCommand, ReleaseCommand
+from palpate.live.run_files import RunFiles
 from palpate.recording.sidecar import load
 from palpate.sources.demo import SPECIMENS
 from recording_bench import soon
@@ -145,6 +146,9 @@ def test_a_newcomer_calibrates_with_the_mouse_and_the_keys(
     page.until(lambda: "Kept in memory: the demo writes no file." in page.text("wizardend"))
     assert page.text("wizardend").startswith("Good: the next objects are known to ±")
     assert list(tmp_path.iterdir()) == []  # no probe.toml
+    page.choose("unit", "kPa")
+    page.until(lambda: re.search(r"those above \d{4} kPa less well", page.text("wizardend")))
+    page.choose("unit", "MPa")
     # the next touch is in MPa, beside the truth
     ActionChains(page.driver).click_and_hold(page["block-40 A"]).perform()
     page.until(lambda: page.text("valueunit") == "MPa")

@@ -9,7 +9,7 @@ from live_browser import SIZES, Browser
 from page_data import RATE, State, state
 from page_states import Canned, opened
 from palpate import number_format
-from palpate.live.feed import ROW, RowFlag
+from palpate.live.page_frames import ROW, RowFlag
 from selenium.webdriver.common.keys import Keys
 
 Shown = Callable[..., Canned]
@@ -103,6 +103,21 @@ def test_what_is_beyond_a_scale_is_cut_with_an_arrow(page: Browser) -> None:
             assert page.run(f"return palpate.charts.{chart}.shown.touch.number") == 8
         span = "const box = document.querySelector('#storyplot svg path[stroke=\"var(--ratio)\"]').getBBox(); return box.height"
         assert page.run(span) > 200  # it goes on out of sight
+
+
+def test_a_gap_in_a_touch_is_not_joined(page: Browser) -> None:
+    whole = state("file")
+    begin = whole.told["touches"]["rows"][7]["start_s"]
+    rows = whole.rows[(whole.rows["t_s"] < begin + 2) | (whole.rows["t_s"] > begin + 3)]
+    with Canned(State(rows, whole.told)) as server:
+        opened(page, server, "file", depth="explain")
+        for touch, pieces in ((8, 2), (7, 1)):
+            page.run("palpate.charts.choose(arguments[0])", touch)
+            page.until(lambda touch=touch: page.text("storytitle").startswith(f"Touch {touch} "))
+            page.drawn()
+            for name in ("hard", "soft"):
+                drawn = page.all(f"#storyplot path[stroke='var(--{name})']")
+                assert len(drawn) == pieces, (touch, name)
 
 
 def test_a_recording_whose_rows_are_not_here(page: Browser) -> None:

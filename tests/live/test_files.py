@@ -5,11 +5,11 @@ from pathlib import Path
 
 import pytest
 from live_bench import OWN_FILE, begun, client, done
-from palpate.live import files as module
+from palpate.live import run_files as module
 from palpate.live.app import READ_ONLY
-from palpate.live.files import RunFiles
 from palpate.live.page_commands import SettingsCommand
 from palpate.live.protocol import RefusedCommand
+from palpate.live.run_files import RunFiles
 from palpate.report import ReportOptions
 
 

@@ -19,8 +19,8 @@ from faulty_tables import (
 from live_bench import Played
 from live_browser import Browser
 from live_server import Live
+from palpate.live.annotations import Annotations
 from palpate.live.commands import FileWorkbench
-from palpate.live.events import Annotations
 from palpate.live.file_review import RecordedMeasurement
 from palpate.live.judged import NEWS_S
 from palpate.live.protocol import ShownJudgement, StatusState

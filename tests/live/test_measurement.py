@@ -18,10 +18,10 @@ from live_bench import OWN_FILE, SOURCE, Bench, begun, client, done
 from palpate import Source, Uncertainty
 from palpate.ad7746.registers import linearity_pF
 from palpate.elasticity import SORBOTHANE_MPA, Elasticity
-from palpate.live import levels
+from palpate.live import multiresolution
 from palpate.live.commands import FileWorkbench
-from palpate.live.feed import HEADER, FrameKind
 from palpate.live.file_review import RecordedMeasurement
+from palpate.live.page_frames import HEADER, FrameKind
 from palpate.live.plan import TouchPlan
 from palpate.live.protocol import RefusedCommand, ShownScatter, TouchCount
 from palpate.live.touch_rows import TouchTable
@@ -404,7 +404,7 @@ def test_a_recording_that_still_runs_or_is_very_long_says_so(
         soon(lambda: stream.recorder and stream.recorder.rows > 20)
         with opened(path, said=said) as (found, _):
             assert found.file.end == "still being recorded"
-    monkeypatch.setattr(levels, "WHOLE", 500)
+    monkeypatch.setattr(multiresolution, "WHOLE", 500)
     with opened(OWN_FILE, said=said) as (found, _):
         assert not found.levels.has_all
         assert found.touches == palpate.touches(recorded(OWN_FILE))

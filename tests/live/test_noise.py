@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 import pytest
-from palpate.live.feed import ROW, RowFlag, Rows
 from palpate.live.noise import FEWEST, idle_segments, noise_of
+from palpate.live.page_frames import ROW, RowFlag, Rows
 
 RATE = 38.5
 

@@ -131,7 +131,7 @@ def test_a_server_that_is_killed_and_comes_back(
     locked = serve(port=live.port)
     page.until(lambda: page.text("says").startswith("✕ Address no longer valid."))
     page.driver.get(locked.origin)
-    assert "token: missing or wrong" in page.all("body")[0].text
+    assert "This address is not valid." in page.all("body")[0].text
     page.driver.get(locked.lab)
     page.until(lambda: is_up(page))
     locked.end()

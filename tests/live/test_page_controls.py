@@ -263,10 +263,20 @@ def test_a_guided_calibration_is_saved_and_used(page: Browser, shown: Shown) -> 
 
     button("Save the calibration").click()
     heard(page, server, do="save calibration")
-    server.tell(
-        "calibration", **server.state.told["calibration"] | {"saved": "probe.toml", "sound": True}
-    )
-    page.until(lambda: "Saved as probe.toml" in page.text("fitwords"))
+    fit = server.state.told["calibration"]
+    look = "Look at touches 5 to 8: 40 A and 60 A seem to be exchanged."
+    doubt = "The measured ratio does not rise with the modulus between 1.54 and 3.46 MPa."
+    server.tell("calibration", **fit | {"verdict": look, "sound": False, "doubts": [doubt]})
+    page.until(lambda: look in page.text("fitwords"))
+    assert f"▲ {doubt}" in page.text("fitwords")
+    assert "strong" not in button("Save the calibration").get_attribute("class")  # no green light
+    assert page.run("return document.getElementById('wizardend').textContent").startswith(look)
+    page.choose("unit", "kPa")
+    page.until(lambda: "between 1540 and 3460 kPa" in page.text("fitwords"))
+    assert look in page.text("fitwords")  # other numbers stay
+    page.choose("unit", "MPa")
+    server.tell("calibration", **fit | {"saved": "Saved as probe.toml.", "sound": True})
+    page.until(lambda: "✓ Saved as probe.toml." in page.text("fitwords"))
     server.tell("calibration", on=False)
     page.until(lambda: page["touchplot"].is_displayed())
 

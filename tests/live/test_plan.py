@@ -16,10 +16,10 @@ from hypothesis import strategies as st
 from palpate import Calibration, Touch
 from palpate.calibration.calibration_file import About
 from palpate.errors import RecordingError
-from palpate.live.files import RunFiles
 from palpate.live.measurement import EndedRecording
 from palpate.live.plan import DISCARDED, TouchPlan, specimens_of
 from palpate.live.protocol import ReadLine, RefusedCommand, SessionMessage, SessionResult
+from palpate.live.run_files import RunFiles
 from palpate.recording import session as stored
 from palpate.recording import sidecar
 from palpate.recording.sidecar import Sidecar

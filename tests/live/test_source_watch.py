@@ -12,8 +12,8 @@ from palpate.calibration.calibration_file import About
 from palpate.calibration.provenance import UNKNOWN, Provenance
 from palpate.errors import CalibrationRefused
 from palpate.files import Json
-from palpate.live.files import RunFiles
 from palpate.live.measurement import LiveMeasurement
+from palpate.live.run_files import RunFiles
 from palpate.live.source_watch import SourceWatch
 from palpate.samples import Sample
 from palpate.sources import Gap, GapCause

@@ -12,9 +12,9 @@ from palpate.calibration.assurance import today
 from palpate.calibration.calibration_file import About
 from palpate.calibration.provenance import Provenance
 from palpate.elasticity import SORBOTHANE_MPA, Elasticity
-from palpate.live.files import RunFiles
 from palpate.live.plan import TouchPlan
 from palpate.live.protocol import RefusedCommand, VerificationMessage
+from palpate.live.run_files import RunFiles
 from palpate.live.specimen_check import SpecimenCheck
 from palpate.recording.sidecar import Sidecar
 from project import FOUR

@@ -16,11 +16,10 @@ import pytest
 from live_bench import SOURCE, Fed, Played, begun, noisy
 from palpate import Judgement, Uncertainty
 from palpate.flags import Flag
-from palpate.live import connection_state, state_rules
-from palpate.live.connection_state import HOLD_S, SETTLED_S, SteadyLine
-from palpate.live.protocol import Instruction, NextTouch, ReviewedFile
-from palpate.live.signal_state import ChannelSeen, SignalSeen
-from palpate.live.state_rules import (
+from palpate.live import connection, instruction_rules
+from palpate.live.channel_status import ChannelSeen, SignalSeen
+from palpate.live.connection import HOLD_S, SETTLED_S, SteadyLine
+from palpate.live.instruction_rules import (
     LONG_S,
     LastTouch,
     PairRate,
@@ -29,11 +28,12 @@ from palpate.live.state_rules import (
     file_state,
     view_of,
 )
+from palpate.live.protocol import Instruction, NextTouch, ReviewedFile
 from palpate.simulation import Press, Scenario, hand
 from palpate.source_events import Gap, GapCause, TroubleBegan, TroubleEnded, TroubleKind
 from palpate.stream import Stream
 
-WORDS = {"Touch", "Hold", "Lift", "Repeat", "Stop", "Tare", "Wait", "File", "Done", "Ended"}
+WORDS = {"Touch", "Hold", "Lift", "Repeat", "Stop", "Tare", "Wait", "File", "Done", "Look", "Ended"}
 DONE = ("40 of 40 done.", "Calibration saved.", "10 specimens; none left out")
 GOOD = LastTouch(20, "ratio 2.50 ± 0.03")
 OFFSET = replace(
@@ -110,6 +110,7 @@ CASES: list[tuple[StatusInputs, str, str, str, str]] = [
     (facts(forced=True), "ready", "Touch", "quiet", "Ready, if nothing was touched at Tare anyway; else lift the probe"),
     (facts("ended"), "ended", "Ended", "note", "no more samples"),
     (facts("no contact", finished=DONE), "finished", "Done", "note", "Calibration saved."),
+    (facts("no contact", finished=DONE, doubt="Look at touch 3: it fits gel better."), "look", "Look", "caution", "Look at touch 3"),
     (facts("ended", finished=DONE, pace=SLOW), "finished", "Done", "note", "Calibration saved."),
     (facts("ended", finished=DONE, error="disk full"), "ended", "Stop", "fault", "Disk full. Measure again"),
     (facts(retaken=True), "baseline", "Touch", "caution", ""),
@@ -153,7 +154,7 @@ def test_when_a_state_begins() -> None:
     for what, limit, made in limits:
         assert view_of(made(limit * 0.99))[1].what != what
         assert view_of(made(limit * 1.01))[1].what == what
-    assert (state_rules.SLOW_SHARE, state_rules.FEWEST) == (0.9, 50)
+    assert (instruction_rules.SLOW_SHARE, instruction_rules.FEWEST) == (0.9, 50)
     for calm in (PairRate(36.5, 40.0, 380, 0), PairRate(1.0, 40.0, 49, 0)):
         assert view_of(facts(pace=calm))[1].level == "quiet"
     # 2.9 pairs a second are too few to be counted as pairs
@@ -178,9 +179,9 @@ def test_the_more_urgent_state_comes_first() -> None:
                 seen=signal, gap="it was gone", retaken=True, pace=SLOW)  # fmt: skip
     device = ["unplugged", "wiring", "silent", "recording", "notes wait"]
     order = [*device, "constant", "range", "baseline", "gap", "baseline", "hint", "slow"]
-    assert [line.what for line, _ in state_rules.urgent(now)] == order
+    assert [line.what for line, _ in instruction_rules.urgent(now)] == order
     doubtful = replace(now, result=replace(OFFSET, swapped="exchange the wires"))
-    assert [line.what for line, _ in state_rules.urgent(doubtful)] == [
+    assert [line.what for line, _ in instruction_rules.urgent(doubtful)] == [
         *order[:-2],
         "swapped",
         "left out",
@@ -231,7 +232,7 @@ def test_a_line_does_not_flicker() -> None:
         shown.append(steady.show(TOUCH, line, None, tenth / 10).line.what)
     [change] = [tenth for tenth in range(1, 100) if shown[tenth] != shown[tenth - 1]]
     assert change / 10 == pytest.approx(4.4 + HOLD_S, abs=0.11)
-    assert (HOLD_S, connection_state.GAP_S, connection_state.RATE_S, connection_state.LATE_S) == (
+    assert (HOLD_S, connection.GAP_S, connection.RATE_S, connection.LATE_S) == (
         3.0,
         3.0,
         2.0,

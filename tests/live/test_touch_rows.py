@@ -10,10 +10,9 @@ import palpate
 import pytest
 from live_bench import OWN_FILE, Bench, begun
 from live_browser import Browser
-from page_data import state
-from page_states import Canned, opened
-from palpate.live.levels import MultiresolutionRows
-from palpate.live.open_page import PageClient
+from page_states import Canned
+from palpate.live.client import PageClient
+from palpate.live.multiresolution import MultiresolutionRows
 from palpate.live.plan import PlannedTouch
 from palpate.live.protocol import ShownScatter, TouchesMessage
 from recording_bench import soon
@@ -148,17 +147,3 @@ def test_the_table_shows_whole_rows_and_no_empty_columns(
     assert not {"MPa", "95 % interval"} & {one.text for one in page.all("#touches th")}
     words = page.run("return document.getElementById('touches').textContent")
     assert not [word for word in ("revised", "most reliable", "From mean") if word in words]
-
-
-def test_the_distance_from_the_curve_is_that_of_the_touch_shown(page: Browser) -> None:
-    """Not of another touch: without a point of its own there is none."""
-    calibrating = state("calibrate")
-    points = calibrating.told["calibration"]["points"]
-    with Canned(calibrating) as server:
-        opened(page, server, "calibrate")
-        away = 100 * (points[-1]["ratio"] / points[-1]["fitted"] - 1)
-        sign = "+" if away > 0 else "\N{MINUS SIGN}"
-        assert page.text("secondname") == "From the curve"
-        assert page.text("number2") == f"{sign}{abs(away):.1f} %"
-        server.tell("calibration", **(calibrating.told["calibration"] | {"points": points[:-1]}))
-        page.until(lambda: not page["second"].is_displayed())

@@ -186,9 +186,9 @@ class Stop(Listener):
 
 
 def test_it_goes_on_after_its_last_touch_as_long_as_something_is_wanted() -> None:
-    planned = len(SESSIONS["demo"].presses)
+    planned = len(SESSIONS["two-rounds"].presses)
     counted = Counter(planned + 2)
-    source = palpate.open("sim:demo?speed=12")
+    source = palpate.open("sim:two-rounds?speed=12")
     assert source.hand is not None
     source.hand.follow(counted.following)
     assert len(touches(source, counted)) == planned + 2

@@ -155,9 +155,7 @@ FILES: dict[str, Captured] = {
         lines(lambda t, h, s: f"{BEGUN.timestamp() + t:.6f} {h:.4f},{s:.4f}")
     ),
     "grabserial": Captured(lines(lambda t, h, s: f"[{t:.6f} 0.026041] {h:.4f},{s:.4f}")),
-    "ESP-IDF": Captured(
-        lines(lambda t, h, s: f"I ({300 + 1e3 * t:.0f}) probe: {h:.4f},{s:.4f}")
-    ),
+    "ESP-IDF": Captured(lines(lambda t, h, s: f"I ({300 + 1e3 * t:.0f}) probe: {h:.4f},{s:.4f}")),
     "Python logging": Captured(lines(behind(f"{_ISO},%L", " INFO "))),
     "Python logging, with a logger": Captured(lines(behind(f"{_ISO},%L", " - root - INFO - "))),
     "Python logging, default": Captured(
@@ -184,10 +182,14 @@ FILES: dict[str, Captured] = {
             )
         )
     ),
-    "CIN1, CIN2": Captured(lines(lambda t, h, s: f"CIN1={h:.4f};CIN2={s:.4f};time_ms={1e3 * t:.1f}")),
+    "CIN1, CIN2": Captured(
+        lines(lambda t, h, s: f"CIN1={h:.4f};CIN2={s:.4f};time_ms={1e3 * t:.1f}")
+    ),
     "Hard (fF)": Captured(
         lines(
-            lambda t, h, s: f"Time (ms): {1e3 * t:.1f}, Soft (fF): {1e3 * s:.1f}, Hard (fF): {1e3 * h:.1f}"
+            lambda t, h, s: (
+                f"Time (ms): {1e3 * t:.1f}, Soft (fF): {1e3 * s:.1f}, Hard (fF): {1e3 * h:.1f}"
+            )
         )
     ),
     "boot text, other text": Captured(
@@ -218,7 +220,10 @@ FILES: dict[str, Captured] = {
     ),
     # Tables of instruments and languages.
     "LabVIEW": Captured(
-        lines(cells("\t", ",", lambda t: f"{t:.5f}".replace(".", ",")), f"{_LVM}X_Value\tC1\tC2\tComment\n"),
+        lines(
+            cells("\t", ",", lambda t: f"{t:.5f}".replace(".", ",")),
+            f"{_LVM}X_Value\tC1\tC2\tComment\n",
+        ),
         note="no cell is below the name 'Comment'",
         name="capture.lvm",
     ),
@@ -268,9 +273,7 @@ FILES: dict[str, Captured] = {
         lines(cells(",", time=lambda t: f"{t:.5g} sec"), "Time,C1_pF,C2_pF\n")
     ),
     "American dates": Captured(
-        lines(
-            cells(",", time=lambda t: stamp("%m/%d/%Y %I:%M:%S.%L %p")(t)), "Time,C1_pF,C2_pF\n"
-        )
+        lines(cells(",", time=lambda t: stamp("%m/%d/%Y %I:%M:%S.%L %p")(t)), "Time,C1_pF,C2_pF\n")
     ),
     "dates with points": Captured(
         lines(cells(";", ",", stamp("%d.%m.%Y %H:%M:%S,%L")), "Zeit;C1 (pF);C2 (pF)\n")
@@ -283,19 +286,25 @@ FILES: dict[str, Captured] = {
         lines(cells(",", time=lambda t: f"{1e3 * t:.1f}"), "t (MS),C1 (pf),C2 (PF)\n")
     ),
     "U+2212": Captured(
-        lines(lambda t, h, s: f"{t:.4f},\u2212{10 - h:.4f},\u2212{10 - s:.4f}", "t_s,C1_pF,C2_pF\n"),
+        lines(
+            lambda t, h, s: f"{t:.4f},\u2212{10 - h:.4f},\u2212{10 - s:.4f}", "t_s,C1_pF,C2_pF\n"
+        ),
         note="the minus sign U+2212 is read as a minus",
     ),
     "-1.#IND": Captured(
         lines(
-            lambda t, h, s: f"{t:.4f},{'-1.#IND' if round(1e4 * h) % 50 == 0 else format(h, '.4f')},{s:.4f}",
+            lambda t, h, s: (
+                f"{t:.4f},{'-1.#IND' if round(1e4 * h) % 50 == 0 else format(h, '.4f')},{s:.4f}"
+            ),
             "t_s,C1_pF,C2_pF\n",
         ),
         note="rows have no value in a channel: left out",
     ),
     "-nan(ind)": Captured(
         lines(
-            lambda t, h, s: f"{t:.4f},{h:.4f},{'-nan(ind)' if round(1e4 * h) % 50 == 0 else format(s, '.4f')}",
+            lambda t, h, s: (
+                f"{t:.4f},{h:.4f},{'-nan(ind)' if round(1e4 * h) % 50 == 0 else format(s, '.4f')}"
+            ),
             "t_s,C1_pF,C2_pF\n",
         ),
         note="rows have no value in a channel: left out",
@@ -318,21 +327,27 @@ FILES: dict[str, Captured] = {
         note="a counter of 32 bits in us began again 1 time: the times go on",
     ),
     "D exponents": Captured(
-        lines(lambda t, h, s: f" {t:.5f}D+00  {h / 10:.7f}D+01  {s / 10:.7f}D+01", "t_s C1_pF C2_pF\n")
+        lines(
+            lambda t, h, s: f" {t:.5f}D+00  {h / 10:.7f}D+01  {s / 10:.7f}D+01", "t_s C1_pF C2_pF\n"
+        )
     ),
     "UTF-16 without its mark": Captured(
         lines(cells("\t"), "t_s\tC1_pF\tC2_pF\n").decode().encode("utf-16-le")
     ),
     "a workbook with another suffix": Captured(
-        workbook(texts=False), note="a workbook of Excel, though its name ends with .csv", name="capture.csv"
+        workbook(texts=False),
+        note="a workbook of Excel, though its name ends with .csv",
+        name="capture.csv",
     ),
     "a workbook of texts": Captured(
         workbook(texts=True), note="the cells of the workbook are text", name="capture.xlsx"
     ),
     "text named .xlsx": Captured(
-        lines(cells(","), "t_s,C1_pF,C2_pF\n"), note="text, though its name ends with .xlsx", name="capture.xlsx"
+        lines(cells(","), "t_s,C1_pF,C2_pF\n"),
+        note="text, though its name ends with .xlsx",
+        name="capture.xlsx",
     ),
-}  # fmt: skip
+}
 """Each is read right: without options, or with those that its error advises."""
 
 REFUSED: dict[str, tuple[bytes, str]] = {
@@ -344,7 +359,10 @@ REFUSED: dict[str, tuple[bytes, str]] = {
         archive(run__csv=lines(cells(","))),
         "a zip archive of run.csv: unpack it, and open one of its files",
     ),
-    ".docx": (archive(**{"word/document__xml": b"<x/>"}), "a text document: save its table as .csv"),
+    ".docx": (
+        archive(**{"word/document__xml": b"<x/>"}),
+        "a text document: save its table as .csv",
+    ),
     ".xls": (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1" + bytes(600), "(.xls): save it as .xlsx or .csv"),
     ".h5": (b"\x89HDF\r\n\x1a\n" + bytes(600), "an HDF5 file (.h5, or .mat of MATLAB 7.3)"),
     ".mat": (b"MATLAB 5.0 MAT-file" + bytes(600), "a file of MATLAB (.mat)"),
@@ -352,20 +370,24 @@ REFUSED: dict[str, tuple[bytes, str]] = {
     ".html": (b"<html><table><tr><td>1</td></tr></table></html>", "a page of HTML"),
     "bytes": (bytes(range(256)) * 20, "not a table that palpate reads"),
     "soft is not hard": (
-        lines(lambda t, h, s: f"{s:.4f},{h:.4f}", "C2 (pF),C1 (pF)\n")[:-40] + b"x.4,4.9\n6.9,4.7\n",
+        lines(lambda t, h, s: f"{s:.4f},{h:.4f}", "C2 (pF),C1 (pF)\n")[:-40]
+        + b"x.4,4.9\n6.9,4.7\n",
         "is neither a number",
     ),
     "two dates": (
         lines(
-            lambda t, h, s: f"{'2/3/2026' if t < 9 else '2/9/2026'} {stamp('%H:%M:%S.%f')(t)},{h:.4f},{s:.4f}",
+            lambda t, h, s: (
+                f"{'2/3/2026' if t < 9 else '2/9/2026'} {stamp('%H:%M:%S.%f')(t)},{h:.4f},{s:.4f}"
+            ),
             "time,C1,C2\n",
         ),
         "is no time; write it as 2026-11-21",
     ),
     "a line of one channel": (
-        lines(lambda t, h, s: f">hard:{h:.4f}\n>soft:{s:.4f}"), "no row of numbers",
+        lines(lambda t, h, s: f">hard:{h:.4f}\n>soft:{s:.4f}"),
+        "no row of numbers",
     ),
-}  # fmt: skip
+}
 """Each is refused in words."""
 
 _STAMPS: list[Callable[[float], str]] = [
@@ -430,8 +452,8 @@ def random_capture(random: Random) -> bytes:
                 value = str(int(value) % 2**32)
             parts.append(f"{time_name}{sign}{value}" if hard_name else value)
         both = [(hard_name, hard), (soft_name, soft)]
-        for name, value in both[:: -1 if swapped else 1]:
-            text = f"{value * _UNITS[unit]:.{digits}f}".replace(".", mark)
+        for name, pF in both[:: -1 if swapped else 1]:
+            text = f"{pF * _UNITS[unit]:.{digits}f}".replace(".", mark)
             parts.append(f"{name}{unit}{sign}{text}" if name else text)
         if extra:
             parts.append(extra)

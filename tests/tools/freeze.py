@@ -24,7 +24,7 @@ from bs4 import BeautifulSoup
 from command_lines import commands, run
 from foreign_files import CASES, ending
 from live_server import Live
-from palpate.live.feed import HEADER, FrameKind
+from palpate.live.page_frames import HEADER, FrameKind
 from palpate.simulation.scenarios import SCENARIOS
 from palpate.simulation.scenarios import run as run_scenario
 from project import FOUR, ROOT

@@ -10,12 +10,12 @@ from typing import Any
 import msgspec
 from palpate.live.app import PageApp
 from palpate.live.commands import LiveWorkbench, Workbench
-from palpate.live.connection_state import ConnectionState
-from palpate.live.files import RunFiles
+from palpate.live.connection import ConnectionState
 from palpate.live.measurement import LiveMeasurement, opener
 from palpate.live.page_commands import BenchCommand
 from palpate.live.plan import TouchPlan
 from palpate.live.protocol import Answer, DoneMessage, StateMessage, StatusState
+from palpate.live.run_files import RunFiles
 from palpate.live.touch_rows import TouchTable
 from palpate.samples import Sample
 from palpate.sources import SampleSource, Source

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 from palpate.calibration import Modulus
 from palpate.elasticity import Elasticity
-from palpate.live.feed import ROW, RowFlag, Rows
+from palpate.live.instruction_rules import StatusLine
+from palpate.live.page_frames import ROW, RowFlag, Rows
 from palpate.live.plan import PlannedTouch, Progress, TouchKept
 from palpate.live.protocol import Instruction
-from palpate.live.state_rules import StatusLine
 from palpate.recording.session import Specimen
 
 Document = dict[str, Any]

@@ -10,8 +10,8 @@ from live_browser import Browser
 from page_data import State
 from palpate.live.access import HEADERS
 from palpate.live.app import page_files
-from palpate.live.feed import FrameKind, Rows, pack
-from palpate.live.levels import MultiresolutionRows
+from palpate.live.multiresolution import MultiresolutionRows
+from palpate.live.page_frames import FrameKind, Rows, pack
 from palpate.live.plan import TouchPlan
 from websockets.datastructures import Headers
 from websockets.exceptions import ConnectionClosed

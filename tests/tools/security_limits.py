@@ -9,8 +9,7 @@ from h11._connection import DEFAULT_MAX_INCOMPLETE_EVENT_SIZE as LARGEST_REQUEST
 from palpate import files, line_protocol, messages
 from palpate.ad7746.evalkit import usb_bus
 from palpate.calibration import specimen_files
-from palpate.live import access, page_commands, peers
-from palpate.live import files as run_files
+from palpate.live import access, page_commands, peers, run_files
 from palpate.recording import sidecar
 from palpate.sources import iio, options
 from project import ROOT

@@ -65,7 +65,7 @@ def opened(chromium: Browser, file: Path) -> None:
     )
     chromium.driver.get(file.as_uri())
     chromium.driver.execute_cdp_cmd("Page.removeScriptToEvaluateOnNewDocument", added)
-    chromium.until(lambda: chromium.text("verb") == "Demo")
+    chromium.until(lambda: chromium.text("page") == "Touch 2 of 2")
 
 
 def drop(page: Browser, files: dict[str, bytes]) -> None:
@@ -103,7 +103,7 @@ def test_the_simulated_touches_are_drawn(page: Browser) -> None:
 
 def test_a_recording_is_shown_with_the_numbers_of_palpate(page: Browser) -> None:
     drop(page, FILES)
-    page.until(lambda: page.text("reason") == FOUR.name)
+    page.until(lambda: page.text("page") == "Touch 4 of 4")
     touches = palpate.touches(FOUR)
     assert ratios(page) == [touch.ratio for touch in touches]
     assert "A recording: complete, clean end, 1411 rows, 0 missing." in page.text("says")

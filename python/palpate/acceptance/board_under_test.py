@@ -144,10 +144,13 @@ class Chip:
 
     def _mean_pF(self, pin: int, channel: Channel, base: Configuration) -> float | None:
         """Return the mean of several readings, pF; None: one is saturated."""
-        readings = [self.capacitance(pin, channel, base) for _ in range(_STEP_READINGS)]
-        if any(reading.status for reading in readings):
-            return None
-        return mean(reading.capacitance for reading in readings)
+        values = []
+        for _ in range(_STEP_READINGS):
+            reading = self.capacitance(pin, channel, base)
+            if reading.status:
+                return None
+            values.append(reading.capacitance)
+        return mean(values)
 
     def _count_lost(self) -> None:
         self.counters.lost += 1

@@ -108,20 +108,26 @@ def judge_calibration(
 def _to_look_at(misplaced: Sequence[Misplaced], doubts: Sequence[str]) -> CalibrationJudgement:
     """Return the judgement with touches that fit another specimen better."""
     numbers: set[int] = set()
+    texts = []
     for each in misplaced:
-        numbers.update(number for number in each.numbers if number > 0)
-    reasons = "; ".join(each.text for each in misplaced)
+        numbers.update(_present(each.numbers))
+        texts.append(each.text)
+    reasons = "; ".join(texts)
     if len(misplaced) > _MOST_REASONS:
-        reasons = f"each fits another specimen better; {misplaced[0].text}"
-    sentence = f"{_look_at(sorted(numbers))}: {reasons}."
-    return CalibrationJudgement(
-        CalibrationGrade.LOOK, sentence, tuple(sorted(numbers)), tuple(doubts)
-    )
+        reasons = f"each fits another specimen better; {texts[0]}"
+    in_order = tuple(sorted(numbers))
+    sentence = f"{_look_at(in_order)}: {reasons}."
+    return CalibrationJudgement(CalibrationGrade.LOOK, sentence, in_order, tuple(doubts))
+
+
+def _present(numbers: Sequence[int]) -> tuple[int, ...]:
+    """Return the numbers of touches of this measurement."""
+    return tuple(filter(lambda number: number > 0, numbers))
 
 
 def _doubt(misplaced: Misplaced) -> str:
     """Return a sentence about touches that fit another specimen better, with their numbers."""
-    numbers = [number for number in misplaced.numbers if number > 0]
+    numbers = _present(misplaced.numbers)
     where = f" (touches {listed_numbers(numbers)})" if len(numbers) > 1 else ""
     return f"{_capital(misplaced.text)}{where}."
 
@@ -130,7 +136,7 @@ def _scattered(
     scatter: float, specimens: Sequence[SpecimenRatios], doubts: Sequence[str]
 ) -> CalibrationJudgement:
     """Return the judgement of a scatter that is too large for a hand."""
-    numbers = tuple(number for number in scattered_touches(specimens) if number > 0)
+    numbers = _present(scattered_touches(specimens))
     reason = (
         f"the ratio scatters from touch to touch by {100 * scatter:.2g} %, more than twice as much "
         f"as with a steady hand ({100 * TOUCH_SCATTER:g} %)"
@@ -161,10 +167,10 @@ def expected_uncertainty(calibration: "Calibration") -> str:
     if not isfinite(usual):
         return "the next objects are known to a factor only: most have no upper bound"
     text = f"the next objects are known to ±{100 * usual:.2g} % (95 %)"
-    wide = [width > _WIDE * usual for width in widths]
-    if wide[-1]:
-        first = len(wide) - 1
-        while first > 0 and wide[first - 1]:
+    widest = _WIDE * usual
+    if widths[-1] > widest:
+        first = len(widths) - 1
+        while first > 0 and widths[first - 1] > widest:
             first -= 1
         text += f", those above {moduli[first]:.2g} MPa less well"
     return text

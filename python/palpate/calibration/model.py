@@ -130,14 +130,13 @@ class Calibration(StoredCalibration, Plotted):
 
     Examples
     --------
-    >>> ratios = [1.60, 1.62, 2.86, 2.81, 4.93, 5.02, 8.31, 8.20]
-    >>> moduli = [0.105, 0.105, 0.354, 0.354, 1.09, 1.09, 5.4, 5.4]  # MPa
-    >>> calibration = Calibration.fit(ratios, moduli)
-    >>> value, low, high = calibration.modulus(3.5)
-    >>> print(calibration.modulus(3.5))
-    0.537 MPa (0.504 to 0.573)
-    >>> low < value < high
-    True
+    >>> import palpate
+    >>> ratios = [1.98, 2.02, 2.97, 3.03, 3.95, 4.05, 4.94, 5.06]
+    >>> moduli = [0.18, 0.18, 0.46, 0.46, 1.0, 1.0, 2.5, 2.5]  # MPa, of the touched specimens
+    >>> calibration = palpate.Calibration.fit(ratios, moduli)
+    >>> modulus = calibration.modulus(3.5, standard_error=0.01)
+    >>> modulus.low < modulus.value < modulus.high, round(modulus.value, 2)
+    (True, 0.69)
     """
 
     @classmethod

@@ -1,6 +1,7 @@
 """Fig. 10, 11 and 12 of the paper, of touches on specimens of known modulus."""
 
 from collections.abc import Sequence
+from dataclasses import asdict
 from math import isfinite
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -8,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from palpate import number_format
+from palpate.calibration.fit import Array
 from palpate.calibration.model import Calibration
 from palpate.calibration.plot import draw_curve, moduli_axis
 from palpate.calibration.specimen_fit import SpecimenTouches, fit_specimens, rises
@@ -83,13 +85,24 @@ def save_paper_figure(
     return "; ".join(_monotonic(specimens))
 
 
+def _moduli(specimens: Sequence[SpecimenTouches]) -> Array:
+    return np.array([one.modulus for one in specimens])
+
+
+def _ratios(specimens: Sequence[SpecimenTouches], column: str) -> Array:
+    """Return the ratio of each specimen, as in a column of `RATIO_COLUMNS`."""
+    return np.array([one.ratios[column] for one in specimens])
+
+
 def draw_spread(figure: Any, specimens: Sequence[SpecimenTouches]) -> None:
     """Draw ratio against modulus: mean and standard deviation; inset: logarithmic moduli."""
     ax = figure.subplots()
     inset = ax.inset_axes((0.46, 0.19, 0.51, 0.44))
-    moduli = [one.modulus for one in specimens]
-    means = [one.mean for one in specimens]
-    spread = [one.mean * one.spread for one in specimens]
+    moduli = _moduli(specimens)
+    means = _ratios(specimens, "mean")
+    spread = []
+    for one in specimens:
+        spread.append(one.mean * one.spread)
     for axes in (ax, inset):
         axes.errorbar(
             moduli,
@@ -130,21 +143,25 @@ def draw_choices(figure: Any, specimens: Sequence[SpecimenTouches]) -> None:
     Below is the distance from the mean.
     """
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=[2.2, 1])
-    moduli = np.array([one.modulus for one in specimens])
-    means = np.array([one.mean for one in specimens])
+    moduli = _moduli(specimens)
+    means = _ratios(specimens, "mean")
     lower.axhline(0, **TRUTH)
     for look in _LOOKS:
-        ratios = np.array([one.ratios[look.column] for one in specimens])
+        ratios = _ratios(specimens, look.column)
         if not np.isfinite(ratios).any():
             continue
-        style: dict[str, Any] = {"color": look.colour, "mfc": "none", "markersize": 4.5}
-        upper.plot(moduli, ratios, look.mark, label=look.label, **style)
+        _draw_ratios(upper, moduli, ratios, look)
         if look.column != "mean":
-            lower.plot(moduli, 100 * (ratios / means - 1), look.mark, **style)
+            _draw_ratios(lower, moduli, 100 * (ratios / means - 1), look)
     upper.set_ylabel(RATIO_AXIS)
     lower.set_ylabel("from the mean, %")
     moduli_axis(lower)
     upper.legend(loc="upper left")
+
+
+def _draw_ratios(ax: Any, moduli: Array, values: Array, look: _Look) -> None:
+    label = look.label
+    ax.plot(moduli, values, look.mark, label=label, color=look.colour, mfc="none", markersize=4.5)
 
 
 def draw_fit(ax: Any, calibration: Calibration) -> None:
@@ -168,10 +185,10 @@ def draw_fit(ax: Any, calibration: Calibration) -> None:
 def parameter_texts(calibration: Calibration) -> list[str]:
     """Return each fitted parameter with its 95 % interval."""
     lines = []
+    fitted = asdict(calibration.probe)
     for name, ends in calibration.parameter_intervals().items():
         if ends[1] > ends[0]:
-            fitted = getattr(calibration.probe, name)
-            value, low, high = number_format.between(fitted, *ends)
+            value, low, high = number_format.between(fitted[name], *ends)
             unit = " MPa" if name.endswith("modulus") else ""
             lines.append(f"{name.replace('_', ' ')} {value} ({low} to {high}){unit}")
     return lines
@@ -181,7 +198,7 @@ def _monotonic(specimens: Sequence[SpecimenTouches]) -> list[str]:
     """Return for each way to choose a ratio whether it rises with the modulus."""
     texts = []
     for look in _LOOKS:
-        ratios = [one.ratios[look.column] for one in specimens]
+        ratios = _ratios(specimens, look.column).tolist()
         if not all(map(isfinite, ratios)):
             continue
         verdict = "rises from specimen to specimen" if rises(ratios) else "does not always rise"

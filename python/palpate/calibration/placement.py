@@ -31,6 +31,14 @@ class NumberedRatio(NamedTuple):
         return f"touch {self.number}" if self.number > 0 else "an earlier touch"
 
 
+def _ratio(one: NumberedRatio) -> float:
+    return one.ratio
+
+
+def _number(one: NumberedRatio) -> int:
+    return one.number
+
+
 @dataclass(frozen=True)
 class SpecimenRatios:
     """The ratios of the kept touches on a specimen of known modulus, MPa.
@@ -48,17 +56,20 @@ class SpecimenRatios:
     @property
     def numbers(self) -> tuple[int, ...]:
         """The numbers of its touches."""
-        return tuple(one.number for one in self.ratios)
+        return tuple(map(_number, self.ratios))
 
     @property
     def level(self) -> float:
-        """The median of the logarithms of its ratios."""
-        return median(log(one.ratio) for one in self.ratios)
+        """The logarithm of the median of its ratios."""
+        return log(median(map(_ratio, self.ratios)))
 
     def without(self, numbers: set[int]) -> "SpecimenRatios":
         """Return the specimen without some of its touches."""
-        kept = tuple(one for one in self.ratios if one.number not in numbers)
-        return SpecimenRatios(self.name, self.modulus, kept)
+        kept = []
+        for one in self.ratios:
+            if one.number not in numbers:
+                kept.append(one)
+        return SpecimenRatios(self.name, self.modulus, tuple(kept))
 
 
 @dataclass(frozen=True)
@@ -75,6 +86,10 @@ class Misplaced:
 
     numbers: tuple[int, ...]
     text: str
+
+
+def _is_touched(specimen: SpecimenRatios) -> bool:
+    return bool(specimen.ratios)
 
 
 def misplaced_touches(specimens: Sequence[SpecimenRatios]) -> list[Misplaced]:
@@ -104,15 +119,16 @@ def misplaced_touches(specimens: Sequence[SpecimenRatios]) -> list[Misplaced]:
     >>> [each.text for each in misplaced_touches(exchanged)]
     ['soft and stiff seem to be exchanged']
     """
-    specimens = sorted(
-        (one for one in specimens if one.ratios), key=lambda specimen: specimen.modulus
-    )
-    scatter = _scatter(specimens)
-    found = list(_single_touches(specimens, scatter))
-    numbers = {number for each in found for number in each.numbers}
-    rest = [one.without(numbers) for one in specimens]
-    rest = [one for one in rest if one.ratios]
-    return found + list(_wrong_order(rest, scatter))
+    touched = sorted(filter(_is_touched, specimens), key=lambda specimen: specimen.modulus)
+    scatter = _scatter(touched)
+    found = list(_single_touches(touched, scatter))
+    numbers: set[int] = set()
+    for each in found:
+        numbers.update(each.numbers)
+    rest = []
+    for specimen in touched:
+        rest.append(specimen.without(numbers))
+    return found + list(_wrong_order(list(filter(_is_touched, rest)), scatter))
 
 
 def scattered_touches(specimens: Sequence[SpecimenRatios]) -> tuple[int, ...]:
@@ -129,9 +145,9 @@ def scattered_touches(specimens: Sequence[SpecimenRatios]) -> tuple[int, ...]:
         if len(specimen.ratios) > 1:
             for one in specimen.ratios:
                 distances[one.number] = abs(log(one.ratio) - specimen.level)
-    far = [number for number, distance in distances.items() if distance > 2 * TOUCH_SCATTER]
-    far.sort(key=lambda number: -distances[number])
-    return tuple(sorted(far[:_NAMED]))
+    farthest = sorted(distances, key=lambda number: -distances[number])[:_NAMED]
+    far = filter(lambda number: distances[number] > 2 * TOUCH_SCATTER, farthest)
+    return tuple(sorted(far))
 
 
 def _scatter(specimens: Sequence[SpecimenRatios]) -> float:
@@ -139,7 +155,8 @@ def _scatter(specimens: Sequence[SpecimenRatios]) -> float:
     distances = []
     for specimen in specimens:
         if len(specimen.ratios) >= _FEWEST:
-            distances += [abs(log(one.ratio) - specimen.level) for one in specimen.ratios]
+            for one in specimen.ratios:
+                distances.append(abs(log(one.ratio) - specimen.level))
     if not distances:
         return TOUCH_SCATTER
     return max(TOUCH_SCATTER, _TO_SCATTER * median(distances))
@@ -153,33 +170,32 @@ def _single_touches(specimens: Sequence[SpecimenRatios], scatter: float) -> Iter
         for one in specimen.ratios:
             value = log(one.ratio)
             away = abs(value - specimen.without({one.number}).level)
-            others = {each.name: abs(value - each.level) for each in specimens if each != specimen}
-            if away <= _FAR * scatter or not others:
+            nearest = min(specimens, key=lambda each: abs(value - each.level))
+            if away <= _FAR * scatter or nearest is specimen:
                 continue
-            nearest = min(others, key=lambda name: others[name])
-            if others[nearest] < min(_NEAR * scatter, _NEARER * away):
-                text = f"{one}, on {specimen.name}, fits {nearest} better"
+            if abs(value - nearest.level) < min(_NEAR * scatter, _NEARER * away):
+                text = f"{one}, on {specimen.name}, fits {nearest.name} better"
                 yield Misplaced((one.number,), text)
 
 
 def _wrong_order(specimens: Sequence[SpecimenRatios], scatter: float) -> Iterator[Misplaced]:
     """Yield the specimens, in order of modulus, whose ratios do not rise with it."""
     by_level = sorted(range(len(specimens)), key=lambda place: specimens[place].level)
-    if not any(_falls(*pair, scatter) for pair in pairwise(specimens)):
+    falls = [pair for pair in pairwise(specimens) if _falls(*pair, scatter)]
+    if not falls:
         return
-    place_of = {place: rank for rank, place in enumerate(by_level)}
+    place_of = dict(zip(by_level, range(len(specimens)), strict=True))
     exchanged = _exchanges(specimens, place_of, scatter)
     if exchanged is not None:
         for one, other in exchanged:
             text = f"{one.name} and {other.name} seem to be exchanged"
             yield Misplaced((*one.numbers, *other.numbers), text)
         return
-    rising = _longest_rise([specimen.level for specimen in specimens])
+    rising = _longest_rise(specimens)
     for place, specimen in enumerate(specimens):
         if place in rising:
             continue
-        fitting = [specimens[other] for other in rising]
-        nearest = min(fitting, key=lambda other: abs(other.level - specimen.level))
+        nearest = _nearest(specimens, rising, specimen.level)
         text = (
             f"{specimen.name} has the ratio of {nearest.name}: another specimen was touched, or its "
             "modulus is wrong"
@@ -209,13 +225,22 @@ def _exchanges(
     return pairs or None
 
 
-def _longest_rise(levels: Sequence[float]) -> list[int]:
-    """Return the places of a longest part of levels that rises."""
+def _nearest(
+    specimens: Sequence[SpecimenRatios], places: Sequence[int], level: float
+) -> SpecimenRatios:
+    """Return the specimen at one of these places whose level is the nearest."""
+    place = min(places, key=lambda other: abs(specimens[other].level - level))
+    return specimens[place]
+
+
+def _longest_rise(specimens: Sequence[SpecimenRatios]) -> list[int]:
+    """Return the places of a longest part of the specimens whose levels rise."""
     longest: list[list[int]] = []  # that ends at each place
-    for place, level in enumerate(levels):
+    for place, specimen in enumerate(specimens):
         before: list[int] = []
         for other in range(place):
-            if levels[other] <= level and len(longest[other]) > len(before):
+            is_below = specimens[other].level <= specimen.level
+            if is_below and len(longest[other]) > len(before):
                 before = longest[other]
         longest.append([*before, place])
     return max(longest, key=len)

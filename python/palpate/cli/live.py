@@ -147,9 +147,9 @@ def live_command(
     from palpate.live.app import PageApp
     from palpate.live.commands import FileWorkbench, LiveWorkbench, Workbench
     from palpate.live.file_review import RecordedMeasurement
-    from palpate.live.files import RunFiles
     from palpate.live.measurement import LiveMeasurement, Measurement, opener
     from palpate.live.peers import door_for
+    from palpate.live.run_files import RunFiles
     from palpate.live.server import address_of, serve
     from palpate.sources.options import is_file
 

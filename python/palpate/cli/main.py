@@ -47,7 +47,7 @@ COMMANDS = {
         "Convert a recording to Parquet, Arrow, or palpate's own CSV.",
     ),
     "plot": LazyCommand(
-        "plot:plot_command", "Draw a recording and its touches, or a figure of the paper."
+        "figures:plot_command", "Draw a recording and its touches, or a figure of the paper."
     ),
     "devices": LazyCommand("doctor:devices_command", "List the connected devices."),
     "simulate": LazyCommand(

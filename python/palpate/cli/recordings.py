@@ -45,9 +45,9 @@ from palpate.importers.table import ReadOptions, Table
 from palpate.messages import listed, shortened
 from palpate.recording.convert import convert as convert_recording
 from palpate.recording.csv_reader import is_own
+from palpate.recording.open_table import open_table
 from palpate.recording.opened import OpenedRecording
 from palpate.recording.reading import of_table, recorded, with_soft_later
-from palpate.recording.tables import open_table
 from palpate.recording.verification import Verification, check_opened
 
 _PREVIEW_ROWS = 4

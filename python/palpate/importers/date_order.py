@@ -3,6 +3,7 @@
 import re
 from collections.abc import Iterable
 from datetime import date
+from functools import partial
 from typing import NamedTuple
 
 _NUMERIC = re.compile(r"(\d{1,4})([-/.])(\d{1,2})\2(\d{1,4})(?:[T ,]+(.*))?")
@@ -38,10 +39,9 @@ def ordered(texts: Iterable[str]) -> OrderedTimes | None:
     >>> ordered(["3/5/2026 14:22:10"])
     OrderedTimes(texts=['14:22:10'], note='3/5/2026 is a day of March or of May: only the time of day is used')
     """
-    matches = [_NUMERIC.fullmatch(text) for text in texts]
     dates = []
     clocks = []
-    for match in matches:
+    for match in map(_NUMERIC.fullmatch, texts):
         if match is None:
             return None
         first, sign, second, third, clock = match.groups()
@@ -52,11 +52,12 @@ def ordered(texts: Iterable[str]) -> OrderedTimes | None:
     different = sorted(set(dates))
     order = _order(different, sign)
     if order is None and len(different) == 1 and all(clocks):
-        months = [_MONTHS[number - 1] for number in different[0][:2] if 1 <= number <= 12]
-        if len(months) == 2:
+        first_number, second_number, _ = different[0]
+        if max(first_number, second_number) <= len(_MONTHS):
             written = sign.join(map(str, different[0]))
-            note = f"{written} is a day of {months[0]} or of {months[1]}"
-            return OrderedTimes(clocks, f"{note}: only the time of day is used")
+            months = f"{_MONTHS[first_number - 1]} or of {_MONTHS[second_number - 1]}"
+            note = f"{written} is a day of {months}: only the time of day is used"
+            return OrderedTimes(clocks, note)
     if order is None:
         return None
     days = {each: _day(each, order) for each in different}
@@ -96,27 +97,28 @@ def _order(dates: list[_Parts], sign: str) -> str | None:
         return "dmy"
     possible = []
     for order in ("dmy", "mdy"):
-        days = [_day(each, order) for each in dates]
-        if None not in days:
+        if all(_day(each, order) is not None for each in dates):
             possible.append(order)
     if len(possible) == 2 and len(dates) == 2:  # over midnight
-        possible = [order for order in possible if _is_next_day(dates, order)]
+        possible = list(filter(partial(_is_next_day, dates), possible))
     if len(possible) == 1:
         return possible[0]
     return None
 
 
 def _is_next_day(dates: list[_Parts], order: str) -> bool:
-    one, other = (_day(each, order) for each in dates)
+    one = _day(dates[0], order)
+    other = _day(dates[1], order)
     return one is not None and other is not None and abs((other - one).days) == 1
 
 
 def _day(numbers: _Parts, order: str) -> date | None:
     """Return a date from its numbers in an order; None if there is no such date."""
-    year, month, day = (numbers[index] for index in _ORDERS[order])
+    of_year, of_month, of_day = _ORDERS[order]
+    year = numbers[of_year]
     if year < 100:
         year += 2000
     try:
-        return date(year, month, day)
+        return date(year, numbers[of_month], numbers[of_day])
     except ValueError:
         return None

@@ -86,7 +86,10 @@ def _without_zero_bytes(path: Path, text: str) -> tuple[str, str]:
     A card that loses its power leaves such a block. The row around it may be cut: it is left out.
     """
     lines = text.split("\n")
-    wrong = [number for number, line in enumerate(lines, 1) if "\0" in line]
+    wrong = []
+    for number, line in enumerate(lines, 1):
+        if "\0" in line:
+            wrong.append(number)
     controls = len(_CONTROLS.findall(text))
     if 2 * len(wrong) > len(lines) or controls > _MOST_CONTROLS * len(text):
         allowed = f"allowed: {_TABLE_FORMATS}; save a .xls, .mat, .h5 or .npy as one of them"

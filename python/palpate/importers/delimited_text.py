@@ -58,7 +58,8 @@ def _stamped_table(
     table = _table_in(path, stamped.text, notes, options)
     if not any(stamped.stamps):
         return table
-    stamps = np.array([stamped.stamps[line - 1] for line in table.lines], object)
+    positions = np.array(table.lines, int) - 1
+    stamps = np.array(stamped.stamps, object)[positions]
     name = "time"
     if table.named(TIME_NAMES):
         name = "stamp"
@@ -79,7 +80,7 @@ def _table_in(path: Path, text: str, decoding: list[str], options: ReadOptions) 
     first_rows = text[begin : begin + _LONGEST_HEADER].split("\n")[:_SHOWN_ROWS]
     has_points = text.find(".", begin) >= 0
     header = header_names(
-        path, above, list(filter(None, first_rows)), dialect, has_points=has_points
+        path, above, list(filter(str.strip, first_rows)), dialect, has_points=has_points
     )
     first_line = len(above) + 1
     columns = _uniform_columns(text, begin, dialect)

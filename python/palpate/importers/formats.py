@@ -74,7 +74,7 @@ def read_table(path: Path, options: ReadOptions) -> Table:
         raise RecordingError(path, reason) from error
 
 
-def is_text(path: Path) -> bool:
+def is_plain_text(path: Path) -> bool:
     """Return whether a file is a text, not a workbook or another format with its own marks."""
     return not read_unpacked(path).startswith((_ZIP, _XDF, _PARQUET, _ARROW))
 

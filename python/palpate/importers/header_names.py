@@ -163,7 +163,9 @@ def _refuse_decimal_commas(
 
 def _texts_in(line: str, dialect: Dialect) -> list[str]:
     """Return the names in a line that has another number of them than there are columns."""
-    cells = [cell.strip('"') for cell in split_cells(_uncommented(line), dialect.delimiter)]
+    cells = []
+    for cell in split_cells(_uncommented(line), dialect.delimiter):
+        cells.append(cell.strip('"'))
     while cells and not cells[-1]:
         del cells[-1]
     kinds = cell_kinds(cells)
@@ -176,7 +178,9 @@ def _shifted(names: list[str], first_rows: list[str], dialect: Dialect) -> list[
     """Return the names with one before them, if the rows begin with their number, as R's do."""
     if len(names) != dialect.width - 1:
         return []
-    first_cells = [split_cells(row, dialect.delimiter)[0] for row in first_rows]
+    first_cells = []
+    for row in first_rows:
+        first_cells.append(split_cells(row, dialect.delimiter)[0])
     are_counted = len(first_cells) >= _COUNTED_ROWS and all(map(str.isdecimal, first_cells))
     if are_counted:
         numbers = list(map(int, first_cells))

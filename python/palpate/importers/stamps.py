@@ -75,7 +75,7 @@ def split_stamps(text: str) -> StampedText | None:
     '6.8090,4.7730'
     """
     shown = _shown_lines(text)
-    prefixes = [_prefix(line) for line in shown]
+    prefixes = list(map(_prefix, shown))
     count = len(prefixes) - prefixes.count(None)
     if not shown or count < _STAMPED * len(shown):
         return None
@@ -93,7 +93,7 @@ def split_stamps(text: str) -> StampedText | None:
             units.add(prefix.unit)
     if len(units) > 1:  # stamps of several kinds: the kind of a line may be a coincidence
         return None
-    is_foreign = all(_is_foreign(line) for line in shown)
+    is_foreign = all(map(_is_foreign, shown))
     return StampedText("\n".join(rests), stamps, units.pop(), is_foreign)
 
 
@@ -101,7 +101,7 @@ def _shown_lines(text: str) -> list[str]:
     """Return lines from the middle of a text, else from its begin."""
     half = text.find("\n", len(text) // 2)
     lines = text[half + 1 : half + 1 + 200 * _SHOWN].split("\n")[:_SHOWN]
-    filled = [line for line in lines if line.strip()]
+    filled = list(filter(str.strip, lines))
     if len(filled) > 2:
         return filled[:-1]  # the last one may be cut
     return list(filter(str.strip, text[: 200 * _SHOWN].split("\n")))[:_SHOWN]

@@ -225,11 +225,16 @@ def _times_of_texts(column: Column) -> Times:
 def _times_of_durations(column: Column) -> Times:
     """Return the times of numbers with their unit, as 0.37 sec."""
     mark = column.table.decimal_mark
-    parts = [duration_parts(str(cell).strip()) for cell in column.cells]
-    column.refuse(np.array([each is None for each in parts]), f"is no time; {_DATE_ADVICE}")
-    seconds = [to_number(number, mark) * SECONDS[unit] for number, unit in filter(None, parts)]
-    units = {unit for _, unit in filter(None, parts)}
-    return Times(np.array(seconds, float), f"durations in {listed(sorted(units))}")
+    seconds = np.full(len(column.cells), np.nan)
+    units = set()
+    for row, cell in enumerate(column.cells):
+        parts = duration_parts(str(cell).strip())
+        if parts:
+            number, unit = parts
+            seconds[row] = to_number(number, mark) * SECONDS[unit]
+            units.add(unit)
+    column.refuse(np.isnan(seconds), f"is no time; {_DATE_ADVICE}")
+    return Times(seconds, f"durations in {listed(sorted(units))}")
 
 
 def _times_of_clocks(column: Column, texts: Any) -> Times:

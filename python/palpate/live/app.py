@@ -20,8 +20,8 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from palpate.errors import PalpateError
 from palpate.live.access import Gatekeeper
+from palpate.live.client import PageClient
 from palpate.live.commands import Workbench
-from palpate.live.open_page import PageClient
 from palpate.live.page_commands import PageCommand, decode
 from palpate.live.protocol import Message, RefusedMessage, encode
 

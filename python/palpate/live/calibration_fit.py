@@ -126,6 +126,13 @@ class GuidedCalibration:
             message.rigid = shown.rigid
         return message
 
+    def doubt(self) -> str:
+        """Return why the calibration that is being made is not good; "": it is, or none is made."""
+        shown = self._shown
+        if not self._on or self._saved or shown is None or shown.sound:
+            return ""
+        return shown.verdict
+
     def look(self) -> None:
         """Let the worker fit the touches as they are now, and save the calibration if nothing is lacking."""
         if self._on and not self._is_waiting:

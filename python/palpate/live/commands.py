@@ -7,12 +7,13 @@ from typing import assert_never
 
 from palpate.calibration import Calibration
 from palpate.flags import advice
+from palpate.live.annotations import Annotations
 from palpate.live.calibration_fit import GuidedCalibration
 from palpate.live.compare import compared
-from palpate.live.connection_state import ConnectionState
+from palpate.live.connection import ConnectionState
 from palpate.live.device import Device
-from palpate.live.events import Annotations
 from palpate.live.file_review import RecordedMeasurement
+from palpate.live.instruction_rules import file_state
 from palpate.live.measurement import LiveMeasurement, Measurement
 from palpate.live.page_commands import (
     AgainCommand,
@@ -65,7 +66,6 @@ from palpate.live.protocol import (
 )
 from palpate.live.source_watch import SourceWatch
 from palpate.live.specimen_check import SpecimenCheck
-from palpate.live.state_rules import file_state
 from palpate.live.touch_rows import TouchTable
 from palpate.uncertainty import TOUCH_SCATTER
 
@@ -287,6 +287,7 @@ class LiveWorkbench(Workbench):
         self.status = ConnectionState(measurement, self.plan, self.table, watch=watch)
         self.device = Device(measurement, self.status, source)
         self.guided = GuidedCalibration(measurement, self.plan, watch, self.publish)
+        self.status.calibration_doubt = self.guided.doubt
         self.check = SpecimenCheck(measurement, self.plan, watch)
 
     def look(self) -> bool:

@@ -5,12 +5,12 @@ from collections.abc import Sequence
 
 from palpate.ad7746.registers import CONVERSION_S, SUPPLY_V
 from palpate.files import Json
-from palpate.live.connection_state import ConnectionState, can_centre
+from palpate.live.channel_status import CHANNELS
+from palpate.live.connection import ConnectionState, can_centre
+from palpate.live.instruction_rules import StatusInputs, slow
 from palpate.live.measurement import PRESSED, LiveMeasurement
 from palpate.live.page_commands import DeviceCommand
 from palpate.live.protocol import DeviceFact, DeviceMessage, DeviceOption, RefusedCommand
-from palpate.live.signal_state import CHANNELS
-from palpate.live.state_rules import StatusInputs, slow
 from palpate.sources import Conditions
 from palpate.sources.board import ConverterOptions
 from palpate.sources.options import split

@@ -13,8 +13,6 @@ from msgspec import UNSET
 from palpate import sources
 from palpate.errors import PalpateError
 from palpate.files import Json
-from palpate.live.feed import Rows
-from palpate.live.files import RunFiles
 from palpate.live.measurement import (
     EndedRecording,
     Keywords,
@@ -22,7 +20,9 @@ from palpate.live.measurement import (
     PageMark,
     TrackerState,
 )
+from palpate.live.page_frames import Rows
 from palpate.live.protocol import FilesState, RefusedCommand, ReviewedFile
+from palpate.live.run_files import RunFiles
 from palpate.recording.convert import RATE
 from palpate.recording.counts import Survey
 from palpate.recording.csv_reader import RecordingFile

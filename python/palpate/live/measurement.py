@@ -19,9 +19,8 @@ from palpate import sources
 from palpate._core import Tracker
 from palpate.errors import PalpateError, RecordingError
 from palpate.files import Json
-from palpate.live.feed import ends_of, rows_of
-from palpate.live.files import RunFiles
-from palpate.live.levels import MultiresolutionRows
+from palpate.live.multiresolution import MultiresolutionRows
+from palpate.live.page_frames import ends_of, rows_of
 from palpate.live.protocol import (
     FilesState,
     RefusedCommand,
@@ -29,6 +28,7 @@ from palpate.live.protocol import (
     RunningRecording,
     ShownCounters,
 )
+from palpate.live.run_files import RunFiles
 from palpate.recording.recorder import Recorder
 from palpate.recording.session import Entry
 from palpate.recording.session import Plan as StoredPlan

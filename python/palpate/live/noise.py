@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate import number_format
-from palpate.live.feed import RowFlag, Rows
-from palpate.live.signal_state import CHANNELS
+from palpate.live.channel_status import CHANNELS
+from palpate.live.page_frames import RowFlag, Rows
 
 Array = NDArray[np.float64]
 MAINS_HZ = (50.0, 60.0)

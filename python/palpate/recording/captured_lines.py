@@ -5,7 +5,6 @@ import re
 from array import array
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -192,15 +191,14 @@ def have_names(path: Path) -> bool:
 
 
 def _line_format(options: ReadOptions) -> LineFormat:
-    columns = options.columns
-    named: dict[str, Any] = {}
-    if isinstance(columns, str):
-        named["columns"] = parse_columns("columns", columns)
+    line_format = LineFormat()
+    if isinstance(options.columns, str):
+        line_format = replace(line_format, columns=parse_columns("columns", options.columns))
     if options.pattern is not None:
-        named["pattern"] = parse_pattern("pattern", options.pattern)
+        line_format = replace(line_format, pattern=parse_pattern("pattern", options.pattern))
     if options.unit is not None:
-        named["unit"] = parse_unit("unit", options.unit)
-    return LineFormat(**named)
+        line_format = replace(line_format, unit=parse_unit("unit", options.unit))
+    return line_format
 
 
 def _lines_to_read(text: str, stamped: StampedText | None, line_format: LineFormat) -> list[str]:

@@ -127,7 +127,7 @@ def of_table(path: Path, table: Table, wanted: ReadOptions) -> ImportedRecording
     """Return a table or a data frame as a recording; errors as in `read`."""
     from palpate.importers.channels import find_channels
     from palpate.recording.arrow import own_frame
-    from palpate.recording.tables import open_table
+    from palpate.recording.open_table import open_table
 
     if not len(table):
         raise RecordingError(path, "has no rows")
@@ -213,7 +213,7 @@ def recorded(path: str | os.PathLike[str], **asked: Any) -> OpenedRecording:
     file = Path(path)
     if wanted == ReadOptions() and is_own(file):
         return RecordingFile(file)
-    from palpate.recording.tables import open_table  # a recording of palpate does not need it
+    from palpate.recording.open_table import open_table  # a recording of palpate does not need it
 
     if wanted != ReadOptions():
         return of_table(file, open_table(file, wanted), wanted)

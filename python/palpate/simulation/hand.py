@@ -10,7 +10,7 @@ from palpate.elasticity import SORBOTHANE_MPA, Elasticity
 from palpate.simulation.mechanics import Gauge, Substrate
 from palpate.simulation.press import Press
 from palpate.simulation.probe import Scenario, Simulation, simulate
-from palpate.simulation.scenarios import DEMO, PROBE
+from palpate.simulation.scenarios import PROBE, TWO_ROUNDS
 from palpate.uncertainty import TOUCH_SCATTER
 
 FIRST_S = 1.5  # start of the first touch
@@ -180,4 +180,4 @@ def ten_specimens() -> Scenario:
 
 # In addition to `palpate.simulation.SCENARIOS`: to rehearse a whole session, not to compare
 # estimators.
-SESSIONS: dict[str, Scenario] = {"ten-specimens": ten_specimens(), "demo": DEMO}
+SESSIONS: dict[str, Scenario] = {"ten-specimens": ten_specimens(), "two-rounds": TWO_ROUNDS}

@@ -138,8 +138,8 @@ def _specimens(times: int, oblique: float) -> Scenario:
     )
 
 
-DEMO = replace(_specimens(2, TOUCH_SCATTER), gauges=(Gauge(), Gauge()))
-"""Shown by `palpate live` without a board.
+TWO_ROUNDS = replace(_specimens(2, TOUCH_SCATTER), gauges=(Gauge(), Gauge()))
+"""Two touches on each of four specimens: a short session.
 
 The hand scatters by `palpate.uncertainty.TOUCH_SCATTER`, and no touch has a flag.
 """

@@ -41,7 +41,6 @@ export class Depths {
     for (const button of document.querySelectorAll("button[data-depth]")) {
       button.ariaCurrent = String(button.dataset.depth === depth);
     }
-    $("menu").hidePopover();
     scrollTo(0, 0);
     this.changed(depth);
   }

@@ -1,6 +1,6 @@
 // Explain: one touch as a story. Beside its chart: what was noticed, by numbered pins, and its numbers in the words of the docs.
 
-import { samplesIn } from "./charts/annotations.js";
+import { extremes } from "./charts/plot.js";
 import { titleOf } from "./charts/story.js";
 import { $, fill, make, put } from "./dom.js";
 import { modulusOf, number, plusMinus, scatterWords } from "./formatting.js";
@@ -89,9 +89,11 @@ function factsOf({ touch, block, curve, from }, { hello, events }) {
 }
 
 function channelWords({ start_s, end_s }, block) {
-  const peak = (name) =>
-    Math.max(...samplesIn(block, name, start_s, end_s).map(([, value]) => value));
-  const words = ["hard", "soft"].map((name) => `${name} to ${number(peak(name))} pF`);
+  const rows = [indexOf(block, start_s), indexOf(block, end_s)];
+  const words = ["hard", "soft"].map((name) => {
+    const [, highest] = extremes(block, [name], rows);
+    return `${name} to ${number(highest)} pF`;
+  });
   return `${words.join(", ")}. The ratio is hard by soft.`;
 }
 
@@ -152,11 +154,11 @@ function sampleWords(touch, curve) {
   const count = touch.running ? curve.length : touch.samples;
   const words = [`${count} pairs in ${seconds.toFixed(1)} s`];
   for (const [name, text] of [
-    ["outliers", "outliers left out"],
-    ["saturated", "saturated, left out"],
+    ["outliers", "left out as outliers"],
+    ["saturated", "left out as saturated"],
     ["refused", "without a value"],
   ]) {
-    if (touch[name]) words.push(`${touch[name]} ${text}`);
+    if (touch[name]) words.push(`${text}: ${touch[name]}`);
   }
   return `${words.join(", ")}.`;
 }

@@ -71,7 +71,7 @@ function keysOf(actions, chart, more) {
     ["Shift F", "shift f", "Full screen, or back", press("fullscreen")],
     ["Space", " ", "Pause the charts, or back to now", press("pause")],
     ["L", "l", "Live: back to now", give("live")],
-    ["← →", "arrowleft", "Move the window", give("left")],
+    ["← →", "arrowleft", "Move the window; in Explain the touch before or after", give("left")],
     [null, "arrowright", null, give("right")],
     ["+ −", "+", "Zoom in and out", give("in")],
     [null, "=", null, give("in")],

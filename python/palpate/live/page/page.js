@@ -101,6 +101,7 @@ function showComparison(message) {
 }
 
 function showDepth() {
+  $("menu").hidePopover();
   shell.update("depth");
   charts.show();
 }

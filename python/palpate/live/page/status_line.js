@@ -1,7 +1,7 @@
 // The status line: what to know now, in words; answers to commands; what a screen reader reads.
 
 import { $, fill, make, put } from "./dom.js";
-import { clock } from "./formatting.js";
+import { clock, sentenceInUnit, settings } from "./formatting.js";
 
 const GLYPHS = { fault: "✕ ", caution: "▲ ", note: "● ", quiet: "", finished: "✓ " };
 const ANSWER_MS = 8000;
@@ -23,7 +23,7 @@ export class StatusLine {
     const sign = glyph ?? GLYPHS[what] ?? GLYPHS[level];
     if ($("line").dataset.level !== level) $("line").dataset.level = level;
     put($("says").children[0], title ? sign + title : "");
-    fill($("says").children[1], text, () => withCode(text));
+    fill($("says").children[1], [text, settings.unit], () => withCode(sentenceInUnit(text)));
     $("says").title = text;
     document.body.classList.toggle("looking", Boolean(looking));
     put($("pause").firstChild, looking ? "Live " : "Pause ");

@@ -33,7 +33,7 @@ export class Store {
     this.used = 0;
   }
 
-  // Takes a frame of live/feed.py. Rows has set view(id, block), for a view that comes, and again(): all rows before are no longer valid.
+  // Takes a frame of live/page_frames.py. Rows has set view(id, block), for a view that comes, and again(): all rows before are no longer valid.
   /** @param {ArrayBuffer} buffer */
   take(buffer) {
     const [version, number, size, kind] = new Uint32Array(buffer, 0, 4);

@@ -15,7 +15,7 @@ import {
 } from "./formatting.js";
 import { running } from "./reading.js";
 
-const AFTER_S = 2; // a mark so long after a touch is shown beside it
+const AFTER_S = 2; // a mark up to this long after a touch is in its row
 const SPARE = 1000; // px above and below what is in sight
 const STEPS = {
   ArrowDown: 1,
@@ -81,7 +81,7 @@ export class Table {
     $("together").dataset.agree = together?.agree === false ? "no" : "yes";
   }
 
-  // Draws the rows in sight, the one that has the focus and the chosen one; a gap stands for the rows between them.
+  // Draws the rows in sight, the one that has the focus and the chosen one; a gap takes the place of the rows between them.
   draw(all = false, also = null) {
     const place = $("rows");
     const focused = numberOf(document.activeElement);

@@ -196,7 +196,7 @@ export class TouchFinder {
     this.answer(`No touch then. Touch ${touch.number}, ${away.toFixed(0)} s ${side}, is shown.`);
   }
 
-  // In messages of so many touches.
+  // In messages of at most `MOST` touches.
   name() {
     const numbers = this.known.found.map(({ number: n }) => n);
     const text = $("name").value.trim();
@@ -214,8 +214,8 @@ function withinRange(_, low, high, above, below) {
   return ({ ratio }) => ratio !== null && ratio >= from && ratio <= to;
 }
 
-// Of two touches or more: mean and standard deviation; over an hour or more the rise in an hour with its error. Whether touches
-// agree, and how well their mean is known, is said below the table.
+// Of two touches or more: mean and standard deviation; over an hour or more the rise in an hour with its error. The line
+// below the table says whether touches agree, and how well their mean is known.
 function statistics(touches) {
   const n = touches.length;
   if (n < 2) {

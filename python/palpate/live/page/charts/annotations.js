@@ -2,6 +2,7 @@
 // touches.
 
 import { MEASURED, indexOf } from "../store.js";
+import { joins } from "./plot.js";
 
 const KEPT = 24; // touches
 
@@ -107,7 +108,7 @@ export class Annotations {
 const POINTS = 400;
 const SAMPLES = 400; // bins of a curve that has more samples
 const SLACK_S = 1e-6; // the times of rows and of touches are rounded
-const ENDING_S = 0.5; // a touch that has just ended is shown on, until the server tells its result
+const ENDING_S = 0.5; // a touch that has just ended stays until its result arrives
 
 // A touch that goes on: since its first row after the last completed touch. null: none.
 export function runningOf(store, last) {
@@ -131,8 +132,8 @@ export function runningOf(store, last) {
   };
 }
 
-// [{ t (s from the start), ratio, error, statistic }] of rows of a block in [start, end]: at most so many; of several the last one, and
-// the highest statistic, so that no alarm is missed.
+// [{ t (s from the start), ratio, error, statistic }] of rows of a block in [start, end]: at most `POINTS`. Of several rows the last
+// one, and the highest statistic, so that no alarm is missed.
 export function fromRows(block, start, end) {
   const first = indexOf(block, start - SLACK_S);
   const stop = indexOf(block, end + SLACK_S);
@@ -151,13 +152,15 @@ export function fromRows(block, start, end) {
   return curve;
 }
 
-// [[t, value]] of a column of a block in [from, to]; of many samples the lowest and the highest of each bin.
+// A column of a block in [from, to] as pieces without a gap: [[t, value], ...] each; of many samples the lowest and the highest of
+// each bin.
 export function samplesIn(block, name, from, to) {
   const first = indexOf(block, from);
   const stop = indexOf(block, to + SLACK_S);
   const values = block[name];
   const step = Math.max(1, Math.ceil((stop - first) / SAMPLES));
-  const found = [];
+  const pieces = [];
+  let last = -1;
   for (let k = first; k < stop; k += step) {
     let low = k;
     let high = k;
@@ -166,8 +169,11 @@ export function samplesIn(block, name, from, to) {
       if (!(values[i] <= values[high])) high = i;
     }
     for (const i of new Set([Math.min(low, high), Math.max(low, high)])) {
-      if (Number.isFinite(values[i])) found.push([block.t[i], values[i]]);
+      if (!Number.isFinite(values[i])) continue;
+      if (last < 0 || !joins(block, last, i)) pieces.push([]);
+      pieces.at(-1).push([block.t[i], values[i]]);
+      last = i;
     }
   }
-  return found;
+  return pieces;
 }

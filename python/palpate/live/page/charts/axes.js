@@ -1,8 +1,8 @@
-// Axes and labels: steps, and places of labels: each beside what it names, none over another, none beyond the edges.
+// Axes and labels: steps of axes, and places of labels: next to what they name, inside the edges, and none over another.
 
 const TIMES = [1, 2, 5, 10, 15, 30, 60, 120, 300, 600, 900, 1800, 3600, 7200, 14400, 28800, 86400];
 
-// The smallest 1, 2 or 5 times a power of ten of which at most `most` fit into the span.
+// The smallest 1, 2 or 5 times a power of ten that fits into the span at most `most` times.
 export function stepOf(span, most) {
   const power = 10 ** Math.floor(Math.log10(span / most));
   return [1, 2, 5, 10].map((k) => k * power).find((step) => span / step <= most * (1 + 1e-9));
@@ -76,16 +76,4 @@ export function shortened(text, most, measure) {
   const letters = [...text];
   while (letters.length && measure(letters.join("") + ELLIPSIS) > most) letters.pop();
   return letters.join("") + ELLIPSIS;
-}
-
-// A text in lines that are no wider than `most`; the last one of them is shortened.
-export function wrapped(text, most, lines, measure) {
-  const found = [""];
-  for (const word of text.split(" ")) {
-    const longer = found.at(-1) ? `${found.at(-1)} ${word}` : word;
-    if (measure(longer) <= most || !found.at(-1) || found.length === lines)
-      found[found.length - 1] = longer;
-    else found.push(word);
-  }
-  return found.map((one) => shortened(one, most, measure));
 }

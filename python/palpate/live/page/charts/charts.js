@@ -1,4 +1,4 @@
-// Puts the charts together: what the server tells goes to them, and one animation frame draws those that changed.
+// Puts the charts together: messages of the server go to them, and one animation frame draws those that changed.
 
 import { $, put } from "../dom.js";
 import { clock } from "../formatting.js";

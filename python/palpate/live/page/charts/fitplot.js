@@ -3,7 +3,7 @@
 import { inUnit, number, settings, signed } from "../formatting.js";
 import { decades, placed, stepOf, ticks } from "./axes.js";
 import { unit } from "./canvas.js";
-import { SvgChart, area, clipped, dot, label, line, measure, ruler } from "./svg.js";
+import { SvgChart, area, clipped, dot, label, line, measure, ruler, valueAxis } from "./svg.js";
 
 const NEAR = 12; // pixels
 
@@ -74,17 +74,13 @@ export class FitPlot extends SvgChart {
         ruler(x(modulus), top, x(modulus), foot, "grid") +
         label(x(modulus), foot + 15 * k, inUnit(Number(modulus.toPrecision(1))), "", "middle"),
     );
-    for (const ratio of ticks(lowest, highest, stepOf(highest - lowest, (split - top) / (30 * k))))
-      parts.push(
-        ruler(left, y(ratio), right, y(ratio), "grid") +
-          label(left - 6, y(ratio) + 4 * k, Number(ratio.toPrecision(4)), "", "end"),
-      );
+    const edges = { k, left, right };
+    const ratios = ticks(lowest, highest, stepOf(highest - lowest, (split - top) / (30 * k)));
+    parts.push(valueAxis(ratios, edges, y, (ratio) => Number(ratio.toPrecision(4))));
     const step = stepOf(2 * reach, Math.max(4, (foot - low) / (22 * k)));
-    for (const d of ticks(-reach, reach, step))
-      parts.push(
-        ruler(left, z(d), right, z(d), d ? "grid" : "past") +
-          label(left - 6, z(d) + 4 * k, signed(d, step < 1 ? 1 : 0), "", "end"),
-      );
+    const percents = ticks(-reach, reach, step);
+    const percentText = (d) => signed(d, step < 1 ? 1 : 0);
+    parts.push(valueAxis(percents, edges, z, percentText, (d) => d === 0));
     const both = "above: ratio · below: distance from the curve, %";
     const axis = `modulus, ${settings.unit}`;
     const room = measure(both, k) + measure(axis, k) + 10 < right - left;

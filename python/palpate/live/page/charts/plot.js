@@ -27,7 +27,9 @@ export function trace(canvas, name, block, rows, x, y) {
 }
 
 // Whether a line goes from row j to row k: also over samples without a value, if that is short.
-const joins = ({ t, bin }, j, k) => t[k] - t[j] <= Math.max(GAP_S, 2 * bin);
+export function joins({ t, bin }, j, k) {
+  return t[k] - t[j] <= Math.max(GAP_S, 2 * bin);
+}
 
 function curve(canvas, colour, block, values, [first, end], x, y) {
   const { t } = block;

@@ -1,4 +1,4 @@
-// What is read from the charts: the values beside the pointer, and at two cursors.
+// Values that are read from the charts: at the pointer, and at two cursors.
 
 import { fill, make } from "../dom.js";
 import { clock, number, signed } from "../formatting.js";

@@ -11,7 +11,7 @@ const KEPT = 24;
 const ROWS = 8192;
 const WIDER = 3; // windows in one view: a pan is drawn from it
 const NEAR = 0.4; // windows before the edge of a view the next one is asked for
-const COARSE = 1.5; // a view is fine enough if its bins are no longer than so many of the wanted ones
+const COARSE = 1.5; // a view is fine enough if its bins are at most this many times as long as the wanted ones
 
 export class Rows {
   id = 0;

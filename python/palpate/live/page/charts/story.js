@@ -9,7 +9,7 @@ import { placesOf, stepOf, ticks, timeStep } from "./axes.js";
 import { unit } from "./canvas.js";
 import { cutMarks, detectorStrip, estimateCurve, percentAxis, percentages } from "./estimate.js";
 import { nearest } from "./plot.js";
-import { SvgChart, box, clipped, label, line, measure, ruler } from "./svg.js";
+import { SvgChart, box, clipped, label, line, measure, ruler, valueAxis } from "./svg.js";
 
 const TITLE = 18; // units of height
 const SHARES = [0.46, 0.36, 0.18]; // of the height: channels, estimate, detector
@@ -108,24 +108,25 @@ export class StoryPlot extends SvgChart {
       soft: samplesIn(block, "soft", from, to),
       hard: samplesIn(block, "hard", from, to),
     };
-    const values = [...curves.hard, ...curves.soft].map(([, value]) => value);
+    const values = [...curves.hard, ...curves.soft].flat().map(([, value]) => value);
     const high = Math.max(1e-6, ...values);
     const low = Math.min(0, ...values);
     const pad = 0.06 * (high - low);
     const { top, foot } = panel;
     const y = (value) => foot - ((value - low + pad) / (high - low + 2 * pad)) * (foot - top);
     const step = stepOf(high - low, Math.max(2, (foot - top) / (34 * k)));
-    const axis = ticks(low, high, step).map((value) => {
+    const textOf = (value) => {
       const text = step < 1e-4 ? value.toExponential(0) : value.toFixed(placesOf(step));
-      return (
-        ruler(left, y(value), right, y(value), Math.abs(value) < step / 2 ? "past" : "grid") +
-        label(left - 6, y(value) + 4 * k, text.replace("-", "−"), "", "end")
-      );
-    });
-    const drawn = Object.entries(curves).map(([name, points]) => {
-      const path = points.map(([t, value]) => [x(t), y(value)]);
-      return line(path, name, name === "hard" ? 2.2 : 1.6);
-    });
+      return text.replace("-", "−");
+    };
+    const isZero = (value) => Math.abs(value) < step / 2;
+    const axis = valueAxis(ticks(low, high, step), { k, left, right }, y, textOf, isZero);
+    const drawn = Object.entries(curves).flatMap(([name, pieces]) =>
+      pieces.map((points) => {
+        const path = points.map(([t, value]) => [x(t), y(value)]);
+        return line(path, name, name === "hard" ? 2.2 : 1.6);
+      }),
+    );
     const title = panelTitle(
       ["Capacitance change, pF", "Change, pF"],
       left,
@@ -136,35 +137,29 @@ export class StoryPlot extends SvgChart {
     const key =
       label(right, top - 5 * k, "hard ━", "hardkey", "end") +
       label(right - 60 * k, top - 5 * k, "soft ━", "softkey", "end");
-    return (
-      axis.join("") + clipped(left, top, right - left, foot - top, drawn.join("")) + title + key
-    );
+    return axis + clipped(left, top, right - left, foot - top, drawn.join("")) + title + key;
   }
 
   estimate(shown) {
     const { k, touch, curve, left, right, panels } = shown;
     const { top, foot } = panels[1];
     const title = this.lab ? "" : panelTitle(ESTIMATE, left, right, top, k);
-    if (curve.length < 2 || !Number.isFinite(touch.ratio)) {
-      return (
-        title + label(left + 8, (top + foot) / 2, "No ratio can be estimated from this touch.")
-      );
+    if (curve.length < 2 || !Number.isFinite(touch.ratio) || touch.ratio === 0) {
+      return title + label(left + 8, (top + foot) / 2, "No estimate of the ratio.");
     }
     const known = percentages(shown);
     const y = percentAxis(known.scale, top, foot);
     const x = (t) => shown.x(t + shown.start);
     const span = (Math.abs(known.zero) * known.scale) / 100;
     const step = stepOf(2 * span, Math.max(2, (foot - top) / (30 * k)));
-    const axis = ticks(known.zero - span, known.zero + span, step).map((ratio) => {
-      const at = y(known.deviation({ ratio }));
-      const text = ratio.toFixed(placesOf(step)).replace("-", "−");
-      return ruler(left, at, right, at, "grid") + label(left - 6, at + 4 * k, text, "", "end");
-    });
+    const ratios = ticks(known.zero - span, known.zero + span, step);
+    const at = (ratio) => y(known.deviation({ ratio }));
+    const textOf = (ratio) => ratio.toFixed(placesOf(step)).replace("-", "−");
     const own = { ...shown, ...known, x, y, top, base: foot };
     this.shown.scale = known.scale;
     const curves = this.earlier(own) + estimateCurve(own);
     return (
-      axis.join("") +
+      valueAxis(ratios, shown, at, textOf) +
       ruler(left, y(0), right, y(0), "past") +
       clipped(left, top, right - left, foot - top, curves) +
       cutMarks(own) +

@@ -32,6 +32,16 @@ export const ruler = (x1, y1, x2, y2, colour, { width = 1, dash = "" } = {}) =>
 export const box = (x, y, width, height, colour) =>
   `<rect x="${x.toFixed(1)}" y="${y.toFixed(1)}" width="${width.toFixed(1)}" height="${height.toFixed(1)}" fill="var(--${colour})"/>`;
 
+// Lines at these values of an axis that goes up, each with its text at the left.
+export function valueAxis(values, { k, left, right }, y, textOf, isZero = () => false) {
+  const lines = values.map((value) => {
+    const at = y(value);
+    const line = ruler(left, at, right, at, isZero(value) ? "past" : "grid");
+    return line + label(left - 6, at + 4 * k, textOf(value), "", "end");
+  });
+  return lines.join("");
+}
+
 // What is outside of the box is not drawn.
 export const clipped = (x, y, width, height, inner) =>
   `<svg x="${x}" y="${y}" width="${Math.max(0, width)}" height="${Math.max(0, height)}" viewBox="${x} ${y} ${Math.max(1, width)} ${Math.max(1, height)}">${inner}</svg>`;

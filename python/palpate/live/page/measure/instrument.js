@@ -2,6 +2,7 @@
 
 import { measure } from "../charts/svg.js";
 import { $, put } from "../dom.js";
+import { sentenceInUnit } from "../formatting.js";
 import { fileWords, readingOf, subject } from "../reading.js";
 
 const ALARMED = ["fault", "caution"];
@@ -42,7 +43,7 @@ export class Instrument {
     document.body.classList.toggle("remedied", alarmed);
     if (!alarmed) return;
     put("remedyhow", capital(now.sub));
-    put("remedywhy", line.text);
+    put("remedywhy", sentenceInUnit(line.text));
     const mendable = now.tone === "fault" || line.what === "touched";
     this.mend = mendable ? MENDS[line.what] : null;
     const button = $(this.mend);

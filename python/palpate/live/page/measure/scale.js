@@ -14,7 +14,11 @@ const NAME_ROWS = 2;
 const FEW_NAMES = 3; // with fewer the scale has numbers, too
 const LONGEST = 16; // letters of a name on the scale
 const LOWEST = 52; // px: without room there is no scale
-const EDGE = 0.04; // of the width, at each end: for the arrows
+const MARGIN = 24; // at each end: for the arrows
+const TOP = 44; // y of the scale
+const NUMBERS = 84; // y of its numbers
+const ROW = 23;
+const APART = 4; // between two names
 
 export class Scale {
   constructor() {
@@ -97,119 +101,102 @@ function roundUp(value) {
   return STEPS.find((step) => step * decade(value) >= value * 0.9999) * decade(value);
 }
 
-// The scale as SVG text.
+// The scale as SVG text, in units in which its text has 20.
 export function scaleOf(content, width, height) {
-  const unit = Math.min(height / 150, width / 600, 2.4);
-  const size = Math.max(12, 20 * unit);
-  const left = Math.max(14, EDGE * width);
-  const right = width - left;
-  const share = ({ from, to, log }, value) => (log ? Math.log(value / from) / Math.log(to / from) : (value - from) / (to - from));
-  const x = (value) => left + Math.max(0, Math.min(1, share(content, value))) * (right - left);
-  const top = 2.2 * size;
+  const unit = Math.max(0.6, Math.min(height / 150, width / 600, 2.4));
+  const right = width / unit - MARGIN;
+  const x = (value) => MARGIN + Math.max(0, Math.min(1, shareOf(content, value))) * (right - MARGIN);
+  const inside = ({ at }) => at >= content.from && at <= content.to;
   const parts = [
-    track(left, right, top, size),
-    ends(content, left, right, size),
-    numbers(content, x, top, size),
-    names(content, x, top, size, width),
-    dotsOf(content, x, top, size),
-    barOf(content, x, top, size),
+    `<rect class="track" x="${MARGIN}" y="${TOP - 6}" width="${right - MARGIN}" height="12" rx="6"/>`,
+    ends(content, right),
+    numbers(content, x),
+    names(content.ticks.filter(inside), x, right + MARGIN),
+    ...content.dots.filter(inside).map(({ at, here }) => circle(`dot ${here ? "here" : ""}`, x(at), TOP - 21, 5.6)),
+    barOf(content, x),
   ];
-  return `<svg width="${width}" height="${height}" viewBox="0 0 ${width} ${height}" role="img" aria-label="${escaped(inWords(content))}">${parts.join("")}</svg>`;
+  const name = escaped(inWords(content));
+  return `<svg width="${width}" height="${height}" viewBox="0 0 ${width / unit} ${height / unit}" role="img" aria-label="${name}">${parts.join("")}</svg>`;
 }
 
-function track(left, right, top, size) {
-  const high = 0.6 * size;
-  return `<rect class="track" x="${left}" y="${top - high / 2}" width="${right - left}" height="${high}" rx="${high / 2}"/>`;
+function shareOf({ from, to, log }, value) {
+  return log ? Math.log(value / from) / Math.log(to / from) : (value - from) / (to - from);
 }
 
-function ends({ log, from, to }, left, right, size) {
+function ends({ log, from, to }, right) {
   const [soft, stiff] = log ? ["soft", "stiff"] : [`${from} very soft`, `${to} rigid`];
-  return text(left, 0.85 * size, soft, size, "start") + text(right, 0.85 * size, stiff, size, "end");
+  return text(MARGIN, 17, soft, "", "start") + text(right, 17, stiff, "", "end");
 }
 
-function barOf({ bar, kind, from, to }, x, top, size) {
+function barOf({ bar, kind, from, to }, x) {
   if (!bar) return "";
-  const high = 1.5 * size;
   const look = kind ? "past" : "";
-  if (bar.low > to) return arrow(x(to), top, size, 1, look);
-  if (bar.high < from) return arrow(x(from), top, size, -1, look);
-  const [begin, end] = [x(bar.low), x(bar.high)];
-  const wide = Math.max(end - begin, 0.3 * size);
-  let drawn = `<rect class="bar ${look}" x="${begin}" y="${top - high / 2}" width="${wide}" height="${high}" rx="${0.3 * size}"/>`;
-  if (bar.high > to) drawn += arrow(x(to), top, size, 1, look);
-  if (bar.low < from) drawn += arrow(x(from), top, size, -1, look);
-  if (bar.at >= from && bar.at <= to) drawn += `<circle class="this ${look}" cx="${x(bar.at)}" cy="${top}" r="${0.55 * size}"/>`;
+  const stiffer = arrow(x(to), 1, look);
+  const softer = arrow(x(from), -1, look);
+  if (bar.low > to) return stiffer;
+  if (bar.high < from) return softer;
+  const begin = x(bar.low);
+  const wide = Math.max(x(bar.high) - begin, 6);
+  let drawn = `<rect class="bar ${look}" x="${begin}" y="${TOP - 15}" width="${wide}" height="30" rx="6"/>`;
+  if (bar.high > to) drawn += stiffer;
+  if (bar.low < from) drawn += softer;
+  if (bar.at >= from && bar.at <= to) drawn += circle(`this ${look}`, x(bar.at), TOP, 11);
   return drawn;
 }
 
 // Beyond the scale: an arrow at its end.
-function arrow(x, y, size, sign, look) {
-  const tip = x + sign * 1.1 * size;
-  return `<path class="arrow ${look}" d="M${tip} ${y}L${x} ${y - 0.8 * size}V${y + 0.8 * size}Z"/>`;
+function arrow(x, sign, look) {
+  return `<path class="arrow ${look}" d="M${x + 22 * sign} ${TOP}L${x} ${TOP - 16}v32Z"/>`;
 }
 
-function dotsOf({ dots, from, to }, x, top, size) {
-  const inside = dots.filter(({ at }) => at >= from && at <= to);
-  return inside.map(({ at, here }) => `<circle class="dot ${here ? "here" : ""}" cx="${x(at)}" cy="${top - 1.05 * size}" r="${0.28 * size}"/>`).join("");
+function circle(look, x, y, radius) {
+  return `<circle class="${look}" cx="${x}" cy="${y}" r="${radius}"/>`;
 }
 
-function numbers(content, x, top, size) {
-  const { from, to, log, ticks } = content;
+// With few names, decades or whole ratios.
+function numbers({ from, to, log, ticks }, x) {
   if (ticks.length >= FEW_NAMES) return "";
-  const values = log ? moduliNumbers(from, to) : ratioNumbers(from, to);
   const factor = log && settings.unit === "kPa" ? 1000 : 1;
-  const y = top + 2 * size;
-  return values.map((value) => mark(x(value), top, 0.9 * size) + text(x(value), y, Number((factor * value).toPrecision(3)), size, "middle")).join("");
-}
-
-function moduliNumbers(from, to) {
-  const values = [];
-  for (let value = decade(from); value <= to * 1.0001; value *= 10) {
-    if (value >= from * 0.9999) values.push(value);
-  }
-  return values;
-}
-
-function ratioNumbers(from, to) {
-  const values = [];
-  for (let value = from + 1; value < to; value += 1) values.push(value);
-  return values;
-}
-
-function mark(x, top, length) {
-  return `<path class="tick" d="M${x} ${top + 0.4 * length}v${length}"/>`;
-}
-
-// A tick for each known specimen; its name where there is room: the present one first, the others from soft to stiff.
-function names({ ticks, from, to }, x, top, size, width) {
-  const inside = ticks.filter(({ at }) => at >= from && at <= to);
-  const order = inside.toSorted((a, b) => b.here - a.here || a.at - b.at);
-  const first = top + (ticks.length < FEW_NAMES ? 3.2 : 2) * size;
-  const taken = [];
   let drawn = "";
-  for (const { at, name, here } of order) {
-    const shown = name.length > LONGEST ? `${name.slice(0, LONGEST - 1)}…` : name;
-    const half = measure(shown, size / 12) / 2;
-    const middle = Math.max(half, Math.min(width - half, x(at)));
-    const row = freeRow(taken, middle - half, middle + half, size);
-    drawn += mark(x(at), top, 0.9 * size);
-    if (row === null) continue;
-    taken.push({ row, from: middle - half, to: middle + half });
-    drawn += text(middle, first + 1.15 * size * row, shown, size, "middle", here ? "here" : "");
+  for (let value = log ? decade(from) : from + 1; value < to; value = log ? 10 * value : value + 1) {
+    if (value >= from) drawn += mark(x(value)) + text(x(value), NUMBERS, Number((factor * value).toPrecision(3)));
   }
   return drawn;
 }
 
-function freeRow(taken, from, to, size) {
+function mark(x) {
+  return `<path class="tick" d="M${x} ${TOP + 7}v18"/>`;
+}
+
+// A tick for each known specimen; its name where there is room: the present one first, the others from soft to stiff.
+function names(ticks, x, width) {
+  const order = ticks.toSorted((a, b) => b.here - a.here || a.at - b.at);
+  const first = NUMBERS + (ticks.length < FEW_NAMES ? ROW : 0);
+  const taken = [];
+  let drawn = "";
+  for (const { at, name, here } of order) {
+    const shown = name.length > LONGEST ? `${name.slice(0, LONGEST - 1)}…` : name;
+    const half = measure(shown, 20 / 12) / 2;
+    const middle = Math.max(half, Math.min(width - half, x(at)));
+    const row = freeRow(taken, middle - half - APART, middle + half + APART);
+    drawn += mark(x(at));
+    if (row === null) continue;
+    taken.push({ row, from: middle - half, to: middle + half });
+    drawn += text(middle, first + ROW * row, shown, here ? "here" : "");
+  }
+  return drawn;
+}
+
+function freeRow(taken, from, to) {
   for (let row = 0; row < NAME_ROWS; row += 1) {
-    const crossed = taken.some((one) => one.row === row && from < one.to + 0.2 * size && to > one.from - 0.2 * size);
+    const crossed = taken.some((one) => one.row === row && from < one.to && to > one.from);
     if (!crossed) return row;
   }
   return null;
 }
 
-function text(x, y, shown, size, anchor, look = "") {
-  return `<text class="${look}" x="${x}" y="${y}" font-size="${size}" text-anchor="${anchor}">${escaped(shown)}</text>`;
+function text(x, y, shown, look = "", anchor = "middle") {
+  return `<text class="${look}" x="${x}" y="${y}" font-size="20" text-anchor="${anchor}">${escaped(shown)}</text>`;
 }
 
 function inWords({ bar, from, to, ticks }) {

@@ -8,7 +8,7 @@ from threading import Lock
 
 import numpy as np
 
-from palpate.live.feed import BINS_PER_S, ROW, Rows, extremes, thinned
+from palpate.live.page_frames import BINS_PER_S, ROW, Rows, extremes, thinned
 
 KEPT = 16384  # rows for a page that is opened later: 160 s at 100 pairs per second, 16 s at 1,000 and more
 NEWEST = 8192  # rows, as they came, that are kept for the noise

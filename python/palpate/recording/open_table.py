@@ -4,7 +4,7 @@ from pathlib import Path
 
 from palpate.errors import RecordingError
 from palpate.importers.channels import has_channel_names
-from palpate.importers.formats import is_text, read_table
+from palpate.importers.formats import is_plain_text, read_table
 from palpate.importers.table import OptionError, ReadOptions, Table
 from palpate.recording.captured_lines import captured_table, have_names, is_stamped
 
@@ -30,10 +30,10 @@ def open_table(path: Path, options: ReadOptions) -> Table:
         table = read_table(path, options)
     except (RecordingError, OptionError) as error:
         problem = error
-    if options.named_columns or options.soft or not is_text(path):
-        return _table_or_error(table, problem)
     if table is not None and has_channel_names(table):
         return table
+    if options.named_columns or options.soft or not is_plain_text(path):
+        return _table_or_error(table, problem)
     try:
         captured = captured_table(path, options)
     except (RecordingError, ValueError):

@@ -7,10 +7,10 @@ from itertools import count
 from msgspec.structs import replace
 from starlette.websockets import WebSocket
 
-from palpate.live.feed import FrameKind, pack
-from palpate.live.levels import MultiresolutionRows
+from palpate.live.multiresolution import MultiresolutionRows
 from palpate.live.noise import noise_of
 from palpate.live.page_commands import NoiseCommand, PageCommand, ViewCommand
+from palpate.live.page_frames import FrameKind, pack
 from palpate.live.protocol import DoneMessage, TouchesMessage, TouchRow, encode
 
 FRAME_ROWS = 1024  # rows of a frame; a page that was asleep gets what it missed in several frames

@@ -8,9 +8,9 @@ import pytest
 from effort import NIGHTLY, examples
 from hypothesis import given
 from hypothesis import strategies as st
-from palpate.live import levels as module
-from palpate.live.feed import BINS_PER_S, FIELDS, ROW, Rows, thinned
-from palpate.live.levels import MultiresolutionRows
+from palpate.live import multiresolution as module
+from palpate.live.multiresolution import MultiresolutionRows
+from palpate.live.page_frames import BINS_PER_S, FIELDS, ROW, Rows, thinned
 
 SMALL = {"FINEST": 600, "EARLIER": 400, "WHOLE": 800, "KEPT": 100, "NEWEST": 50}
 

@@ -7,13 +7,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 from palpate.flags import Flag, Suspicion, advice
-from palpate.live.judged import JudgedChannels
-from palpate.live.measurement import LiveMeasurement
-from palpate.live.plan import TouchPlan
-from palpate.live.protocol import Instruction, NextTouch, ShownLine, StatusState
-from palpate.live.signal_state import SignalFollower
-from palpate.live.source_watch import SourceWatch
-from palpate.live.state_rules import (
+from palpate.live.channel_status import SignalFollower
+from palpate.live.instruction_rules import (
     SILENT_S,
     LastTouch,
     PairRate,
@@ -22,6 +17,11 @@ from palpate.live.state_rules import (
     slow,
     view_of,
 )
+from palpate.live.judged import JudgedChannels
+from palpate.live.measurement import LiveMeasurement
+from palpate.live.plan import TouchPlan
+from palpate.live.protocol import Instruction, NextTouch, ShownLine, StatusState
+from palpate.live.source_watch import SourceWatch
 from palpate.live.touch_rows import TouchTable
 from palpate.sources import Conditions, Gap, Source, TroubleBegan, TroubleEnded, TroubleKind
 from palpate.stream import Listener, Stream, StreamCounters
@@ -39,6 +39,11 @@ _BEGINS = StatusState(
     Instruction("Wait", "the measurement begins"), ShownLine("quiet", "", "", None, "begins"), ""
 )
 _CONTACT = ("contact", "adapting")
+
+
+def _no_doubt() -> str:
+    """Return no doubt about a calibration."""
+    return ""
 
 
 class ConnectionState(Listener):
@@ -60,6 +65,7 @@ class ConnectionState(Listener):
         self._table = table
         self._clock = clock
         self._watch = watch
+        self.calibration_doubt: Callable[[], str] = _no_doubt
         # when the computer was found to be slow; -inf: that was understood, or is over
         self._slow_s = math.inf
         self._signal = SignalFollower(measurement, clock)
@@ -167,6 +173,7 @@ class ConnectionState(Listener):
             result=self._result(),
             next=self._next(state),
             finished=self._plan.finished(),
+            doubt=self.calibration_doubt(),
             slow_is_known=self._slow_s == -math.inf,
         )
         if self._watch:

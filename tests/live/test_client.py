@@ -12,10 +12,10 @@ import pytest
 from live_bench import OWN_FILE, SOURCE, begun, client
 from live_server import PATIENCE_S
 from palpate.live import app as module
-from palpate.live.feed import HEADER, ROW, FrameKind
-from palpate.live.levels import KEPT, MultiresolutionRows
-from palpate.live.open_page import FRAME_ROWS, PageClient
+from palpate.live.client import FRAME_ROWS, PageClient
+from palpate.live.multiresolution import KEPT, MultiresolutionRows
 from palpate.live.page_commands import ViewCommand
+from palpate.live.page_frames import HEADER, ROW, FrameKind
 
 READ = 30  # frames that a page reads before it falls asleep
 

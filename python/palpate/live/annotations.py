@@ -7,9 +7,9 @@ import numpy as np
 
 from palpate.flags import advice
 from palpate.judgements import Judgement, without_repeats
-from palpate.live.feed import RowFlag
-from palpate.live.levels import ROWS
 from palpate.live.measurement import Measurement
+from palpate.live.multiresolution import ROWS
+from palpate.live.page_frames import RowFlag
 from palpate.live.protocol import (
     EventsMessage,
     ShownFlag,

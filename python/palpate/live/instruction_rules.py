@@ -8,8 +8,8 @@ from typing import NamedTuple
 from palpate import number_format
 from palpate.flags import Flag
 from palpate.judgements import Judgement
+from palpate.live.channel_status import ChannelSeen, SignalSeen
 from palpate.live.protocol import Instruction, NextTouch, ReviewedFile, ShownLine, StatusState
-from palpate.live.signal_state import ChannelSeen, SignalSeen
 from palpate.uncertainty import Uncertainty
 
 RELEASED_S = 0.3  # a channel shows no press for this time while the other one is at its limit
@@ -104,6 +104,7 @@ class StatusInputs:
     next: NextTouch | None = None
     # all specimens are done: title and text of the line, what was done
     finished: tuple[str, str, str] | None = None
+    doubt: str = ""  # why the calibration of the finished specimens is not good
 
     @property
     def pressed(self) -> bool:
@@ -447,6 +448,9 @@ def calm(inputs: StatusInputs) -> tuple[Instruction, StatusLine]:
         return _measuring_baseline(inputs)
     if inputs.finished:
         title, text, sub = inputs.finished
+        if inputs.doubt:
+            line = StatusLine("look", "caution", "Not good yet.", inputs.doubt)
+            return Instruction("Look", "touch again, or correct the list", "caution"), line
         return Instruction("Done", sub, "good"), StatusLine("finished", "note", title, text)
     return _ready(inputs)
 
