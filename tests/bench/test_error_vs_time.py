@@ -169,7 +169,7 @@ def test_the_bench_writes_a_summary_that_names_the_commit(tmp_path: Path) -> Non
 
 
 def test_well_set_detectors_follow_a_step_at_once() -> None:
-    """README and docs/numbers.md: the paper's thresholds take ten times the pairs of the scene, those from the noise twice."""
+    """docs/numbers.md: the paper's thresholds take ten times the pairs of the scene, those from the noise twice."""
     bare = comparison.bare_estimators(libraries=False)
     wanted = {name: bare[name] for name in ("paper", "paper tuned", "restarted")}
     rows = {row.estimator: row for row in comparison.on_scenario("step-up", 8, {}, wanted)}

@@ -179,7 +179,7 @@ def test_what_is_no_threshold_is_refused() -> None:
 
 
 def test_the_default_threshold_buys_what_its_page_says() -> None:
-    """docs/threshold.md: intervals, more than a spike in four pairs can add, less than five samples of a change add."""
+    """docs/two_signals.md: intervals, more than a spike in four pairs can add, less than five samples of a change add."""
     tracker = palpate.Tracker("handheld")
     estimator = palpate.HandoverRls()
     for detector, interval in ((tracker, 1.16e7), (estimator, 5.36e7)):

@@ -60,5 +60,29 @@ def test_replay_prints_what_the_readme_shows() -> None:
 def test_the_python_lines_print_what_the_readme_shows(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(ROOT)
     done = doctest.testfile(str(ROOT / "README.md"), module_relative=False)
-    assert done.attempted >= 5
+    assert done.attempted >= 10
     assert done.failed == 0
+
+
+def test_the_first_screen_has_purpose_picture_table_and_commands() -> None:
+    """A visitor who reads 40 lines knows what it is for, and what to type."""
+    first = README.splitlines()[:40]
+    text = "\n".join(first)
+    assert "two noisy signals" in first[2]
+    assert "(docs/images/ratio.png)" in text
+    assert "| Measure | Understand | Trust | Fast |" in text
+    for need in ("apt install g++", "xcode-select --install", "Python 3.11"):
+        assert need in text
+    commands = [command for command, _ in blocks()[:2]]
+    assert all(command in text for command in commands)
+
+
+def test_the_readme_has_the_run_time_of_the_alternatives() -> None:
+    """Its table is printed by a command, and its times are of one machine."""
+    table = (ROOT / "docs" / "alternatives.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| (\w+).*\| ([\d,]+) \|$", table, re.MULTILINE)
+    times_us = [(name, float(number.replace(",", "")) / 1e3) for name, number in rows]
+    assert times_us[0][0] == "palpate"
+    assert f"[{times_us[0][1]:.1f} µs a sample]" in README
+    streams = [time for name, time in times_us if name not in ("palpate", "scipy")]
+    assert f"{min(streams):.0f} to {max(streams):.0f} µs in other libraries" in README

@@ -1,4 +1,4 @@
-"""Two threads: what docs/threads.md says is what happens."""
+"""Two threads: what docs/robotics.md says is what happens."""
 
 import re
 import sys
@@ -17,7 +17,7 @@ from numeric import bank_of
 from project import ROOT
 from recording_bench import Scripted, sample
 
-PAGE = (ROOT / "docs" / "threads.md").read_text(encoding="utf-8")
+PAGE = (ROOT / "docs" / "robotics.md").read_text(encoding="utf-8")
 SIZE = 400_000
 TIMES = np.arange(SIZE) * 26_000_000
 ONES = np.ones(SIZE)

@@ -164,10 +164,9 @@ def check_installation() -> Iterator[Finding]:
     if installed == __version__:
         numpy = metadata.version("numpy")
         folder = Path(__file__).parents[1]
-        text = (
-            f"{__version__}, {system}, numpy {numpy}, click {metadata.version('click')}, {folder}"
-        )
-        yield Finding("palpate", text)
+        click_version = metadata.version("click")
+        versions = f"{__version__}, {system}, numpy {numpy}, click {click_version}, {folder}"
+        yield Finding("palpate", versions)
     else:
         text = f"the compiled core is {__version__}, the package {installed}"
         remedy = "pip install --force-reinstall palpate"
