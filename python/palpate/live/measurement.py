@@ -35,7 +35,7 @@ from palpate.recording.session import Plan as StoredPlan
 from palpate.recording.sidecar import Sidecar
 from palpate.samples import Sample, samples_of
 from palpate.sources import Source
-from palpate.sources.options import split
+from palpate.sources.options import is_path, split
 from palpate.sources.simulated_hand import SimulatedHand, Truth
 from palpate.stream import Batch, Listener, Stream
 from palpate.stream.listeners import Listeners
@@ -576,7 +576,7 @@ def opener(source: str, keywords: Keywords) -> Callable[..., Source]:
     scheme, address, given = split(source)
     options = dict(keywords)
     has_speed = bool({"speed", "paced"} & {*given, *options})
-    waits = scheme in ("sim", "") or Path(source).exists()
+    waits = scheme in ("sim", "") or is_path(source)
     if waits and not has_speed:
         options["speed"] = 1
     if scheme == "demo":

@@ -86,7 +86,21 @@ def is_file(source: str) -> bool:
     (True, False, False)
     """
     scheme, _, options = split(source)
-    return "speed" not in options and (scheme == "" or Path(source).exists())
+    return "speed" not in options and (scheme == "" or is_path(source))
+
+
+def is_path(source: str) -> bool:
+    """Return whether there is a file or a folder of this name; an address may be too long for one.
+
+    Examples
+    --------
+    >>> is_path("sim:tremor?fault=" + ",".join(["sleep:1@3"] * 40))
+    False
+    """
+    try:
+        return Path(source).exists()
+    except OSError:
+        return False
 
 
 @dataclass(frozen=True)
