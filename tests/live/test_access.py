@@ -23,6 +23,7 @@ from live_server import PATIENCE_S, Live
 from palpate.live import measurement, page_frames, peers
 from palpate.live.access import HEADERS, Gatekeeper
 from palpate.live.app import PageApp, page_files
+from palpate.live.opened_source import OpenedSource
 from palpate.live.server import WS
 from recording_bench import soon
 
@@ -156,7 +157,7 @@ def test_only_files_of_the_page_are_served() -> None:
             number=1, levels=None, files=SimpleNamespace(find=lambda _: None)
         )
     )
-    app, locked = (PageApp(bench).app(HOST, PORT, token) for token in (None, TOKEN))
+    app, locked = (PageApp(OpenedSource(bench)).app(HOST, PORT, token) for token in (None, TOKEN))
     for path, wanted in [("/", 200), ("/page.js", 200), ("/charts/plot.js", 200), ("/recording/run.csv", 404), ("/page.py", 404), ("/../server.py", 404),
                          ("/charts/../../server.py", 404), ("/index.html", 404), ("/recording/..%2Fsecret.csv", 404)]:  # fmt: skip
         assert (status(app, "http", path), status(locked, "http", path)) == (wanted, 403)

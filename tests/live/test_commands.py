@@ -33,6 +33,7 @@ VALUES: dict[str, dict[str, Any]] = {
     "press": {"specimen": "40 A"},
     "discard": {"touch": 1},
     "keep": {"touch": 1},
+    "open": {"what": "demo"},
     "name": {"touches": [1, 2], "text": "gel; 0.3"},
     "calibrating": {"on": True},
     "settings": {"unit": "kPa", "shore": True, "probe": "", "site": "", "operator": ""},

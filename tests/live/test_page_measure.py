@@ -150,8 +150,11 @@ def test_the_depths_by_key_and_address(page: Browser, shown: Shown) -> None:
     page.all("#menu [data-depth=start]")[0].click()
     page.until(lambda: page["start"].is_displayed())
     assert page.text("board") == "AD7746 kit, USB 1/4: ready."
-    names = [one.text for one in page.all("#lastfiles a")]
-    assert names == ["palpate-2026-11-22-1-report.html", "palpate-2026-11-22-1.csv"]
+    say(server, "recordings", files=[{"name": "gel <i>.csv", "changed_s": 1.8e9}])
+    page.until(lambda: page.all("#recordings button"))
+    [name, time] = page.all("#recordings button > *")
+    assert name.text == "gel <i>.csv"
+    assert "2027" in time.text
     assert page_looks.audit(page.driver) == []
 
 

@@ -12,6 +12,7 @@ from palpate.live.app import PageApp
 from palpate.live.commands import LiveWorkbench, Workbench
 from palpate.live.connection import ConnectionState
 from palpate.live.measurement import LiveMeasurement, opener
+from palpate.live.opened_source import OpenedSource
 from palpate.live.page_commands import BenchCommand
 from palpate.live.plan import TouchPlan
 from palpate.live.protocol import Answer, DoneMessage, StateMessage, StatusState
@@ -86,9 +87,12 @@ def begun(
     return bench
 
 
-def client(bench: Workbench) -> TestClient:
+def client(shown: Workbench | OpenedSource) -> TestClient:
+    opened = OpenedSource(shown) if isinstance(shown, Workbench) else shown
     return TestClient(
-        PageApp(bench).app(HOST, PORT), base_url=ORIGIN, headers={"host": OWN, "origin": ORIGIN}
+        PageApp(opened).app(HOST, PORT),
+        base_url=ORIGIN,
+        headers={"host": OWN, "origin": ORIGIN},
     )
 
 

@@ -5,7 +5,7 @@ import os
 import signal
 import socket
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from threading import Event
@@ -15,15 +15,9 @@ import click
 from click.core import ParameterSource
 
 from palpate.calibration.assessment import calibration_doubts
-from palpate.calibration.origin import (
-    ReadingsOrigin,
-    missing_remark,
-    origin_remarks,
-    require_origin,
-)
 from palpate.cli.accept_option import accept_option
 from palpate.cli.browser import browser
-from palpate.cli.exit_codes import ExitCode, handle_signals, message_line, usage_errors
+from palpate.cli.exit_codes import ExitCode, handle_signals, usage_errors
 from palpate.cli.output import (
     json_option,
     output_settings,
@@ -33,7 +27,6 @@ from palpate.cli.output import (
 )
 from palpate.cli.paths import OUTPUT, InputFile, require_free, with_sidecar
 from palpate.cli.shared_options import (
-    Keywords,
     SourceOptions,
     TrackerOptions,
     board_options,
@@ -42,15 +35,12 @@ from palpate.cli.shared_options import (
     recording_options,
 )
 from palpate.errors import need
-from palpate.recording.sidecar import Sidecar, load_checked
 from palpate.uncertainty import TOUCH_SCATTER
 
 if TYPE_CHECKING:
     from palpate.calibration import Calibration
     from palpate.live.measurement import Measurement
-
-_DEMO = "demo:"
-_DEMO_TOUCH_S = 3.0  # of a touch of the demo, if nobody asks for another length
+    from palpate.live.opened_source import OpenedSource
 
 
 @click.command("live")
@@ -143,85 +133,63 @@ def live_command(
     for module in ("starlette", "uvicorn", "websockets", "msgspec"):
         need(module, "live")
     require_free(with_sidecar(file) if file else [], force=None)
+    from palpate.cli.live_sources import DEMO_SOURCE, LiveOptions, LiveSources, print_line
     from palpate.live.access import is_loopback
     from palpate.live.app import PageApp
-    from palpate.live.commands import FileWorkbench, LiveWorkbench, Workbench
-    from palpate.live.file_review import RecordedMeasurement
-    from palpate.live.measurement import LiveMeasurement, Measurement, opener
+    from palpate.live.opened_source import OpenedSource
     from palpate.live.peers import door_for
-    from palpate.live.run_files import RunFiles
     from palpate.live.server import address_of, serve
     from palpate.sources.options import is_file
 
     token = _token(host, no_token=no_token)
     source = sources[0] if sources else _connected_board()
-    source = source or _DEMO
+    source = source or DEMO_SOURCE
     if len(sources) > 1:
         _check_files(sources)
-    keywords = tracker.keywords()
-    keywords |= _demo_settings(source, keywords)
-    calibrated = None
-    if calibration:
-        calibrated = _load_calibration(calibration, keywords["scene"])
-        keywords = calibrated.for_tracking(keywords) | keywords
+    tracking = tracker.keywords()
+    scene_origin = click.get_current_context().get_parameter_source("scene")
+    options = LiveOptions(
+        source,
+        sources[1:],
+        reading.keywords(),
+        tracking,
+        scene_origin is not ParameterSource.DEFAULT,
+        scatter,
+        accept,
+        _load_calibration(calibration, tracking["scene"]) if calibration else None,
+        calibration,
+        file,
+        folder,
+        lsl,
+    )
     first_page = Event()
-    measurement: Measurement
-    bench: Workbench
     with usage_errors(), ExitStack() as close_unless_started:
         if is_file(source):
             _check_no_outputs(file, lsl)
-            scene_origin = click.get_current_context().get_parameter_source("scene")
-            if scene_origin is ParameterSource.DEFAULT:
-                keywords["scene"] = None  # the recording's
-            review = RecordedMeasurement(source, reading.keywords(), keywords, _print_line, folder)
-            if len(sources) > 1:
-                review.files.others = [Path(path) for path in sources]
-            sidecars = {source: review.recording.sidecar}
-            for other in sources[1:]:
-                sidecars[other] = load_checked(Path(other)) or Sidecar()
-            _check_origins(calibrated, sidecars, accept)
-            measurement = review
-            bench = FileWorkbench(review, source, calibrated, scatter, calibration, accept)
-        else:
-            options = reading.keywords()
-            open_source = opener(source, options)
-            files = RunFiles(file, folder)
-            live = LiveMeasurement(
-                open_source, files, keywords, _print_line, lsl, first_page=first_page
-            )
-            measurement = live
-            bench = LiveWorkbench(live, source, calibrated, scatter, calibration, accept)
+        live_sources = LiveSources(options, first_page)
+        opened = OpenedSource(live_sources.build(), live_sources)
         listening = close_unless_started.enter_context(_listening_socket(host, port))
-        measurement.start()
+        opened.bench.measurement.start()
         close_unless_started.pop_all()
     debug = output_settings().debug
     with (
-        _closing(measurement),
+        _closing(opened),
         listening,
         library_logs(debug=debug),
         ExitStack() as close_browser,
     ):
-        page = PageApp(bench, first_page)
+        page = PageApp(opened, first_page)
         used_port = listening.getsockname()[1]
         address = address_of(listening, host, token)
         document = {"address": address, "source": source, "recording": str(file) if file else None}
-        begin = _begin_text(measurement)
+        begin = _begin_text(opened.bench.measurement)
         print_result(document, f"{source} at {address} (Ctrl-C ends it){begin}", indent=None)
         sys.stdout.flush()
         if not no_open and _has_screen():
             close_browser.enter_context(browser(address, page.was_shown))
         own_user_only = token is not None and is_loopback(host)
-        door = door_for(listening, _print_line, own_user_only=own_user_only)
+        door = door_for(listening, print_line, own_user_only=own_user_only)
         serve(page.app(host, used_port, token), listening, door)
-
-
-def _demo_settings(source: str, keywords: Keywords) -> Keywords:
-    """Return the settings of the demo: shorter touches, if nobody asks for another length."""
-    from palpate.sources.options import split
-
-    if split(source).scheme != "demo" or {"seconds", "samples"} & keywords.keys():
-        return {}
-    return {"seconds": _DEMO_TOUCH_S}
 
 
 def _begin_text(measurement: "Measurement") -> str:
@@ -235,6 +203,7 @@ def _begin_text(measurement: "Measurement") -> str:
 
 def _listening_socket(host: str, port: int) -> socket.socket:
     """Return the listening socket; if nobody asked for a port, at the next free one."""
+    from palpate.cli.live_sources import print_line
     from palpate.live.server import listen, listen_near
 
     port_origin = click.get_current_context().get_parameter_source("port")
@@ -244,12 +213,8 @@ def _listening_socket(host: str, port: int) -> socket.socket:
     used_port = listening.getsockname()[1]
     if used_port != port:
         reason = f"port {port} is in use, perhaps by another palpate live"
-        _print_line(f"{reason}: this page has port {used_port}")
+        print_line(f"{reason}: this page has port {used_port}")
     return listening
-
-
-def _print_line(message: str) -> None:
-    print_message(message_line(message))
 
 
 def _connected_board() -> str:
@@ -298,20 +263,6 @@ def _load_calibration(path: Path, scene: str) -> "Calibration":
     return calibration
 
 
-def _check_origins(
-    calibration: "Calibration | None", sidecars: Mapping[str, Sidecar], accept: Sequence[str]
-) -> None:
-    """Print remarks on the origins of calibration and recordings; refuse what does not match."""
-    if calibration is None:
-        return
-    provenance = calibration.about.provenance
-    print_notes("calibration", [missing_remark(provenance)])
-    for source, sidecar in sidecars.items():
-        origin = ReadingsOrigin.of_sidecar(sidecar)
-        require_origin(source, provenance, origin, accept)
-        print_notes(source, origin_remarks(provenance, origin))
-
-
 def _token(host: str, *, no_token: bool) -> str | None:
     """Return the token for the address of the page; None: any user of this machine can open it."""
     from palpate.live.access import is_loopback, new_token
@@ -336,18 +287,18 @@ def _has_screen() -> bool:
 
 
 @contextmanager
-def _closing(measurement: "Measurement") -> Iterator[None]:
-    """Close the measurement when the server ends, also after an error."""
+def _closing(opened: "OpenedSource") -> Iterator[None]:
+    """Close the source that is open when the server ends, also after an error."""
     try:
         yield
     except KeyboardInterrupt:
         # Ignore further signals: the measurement is ending.
         with handle_signals(lambda *_: None, signal.SIGINT, signal.SIGTERM):
             print_message("ended")
-            measurement.close()
-            sys.exit(ExitCode.BAD_DATA if measurement.failed else ExitCode.INTERRUPTED)
+            opened.close()
+            sys.exit(ExitCode.BAD_DATA if opened.failed else ExitCode.INTERRUPTED)
     finally:
-        measurement.close()
+        opened.close()
 
 
 class OnceHandler(logging.StreamHandler[TextIO]):

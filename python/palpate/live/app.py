@@ -4,7 +4,7 @@ import asyncio
 import gzip
 import os
 import threading
-from collections.abc import AsyncIterator, Coroutine
+from collections.abc import AsyncIterator, Callable, Coroutine
 from contextlib import asynccontextmanager, suppress
 from functools import partial
 from pathlib import Path
@@ -21,9 +21,16 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from palpate.errors import PalpateError
 from palpate.live.access import Gatekeeper
 from palpate.live.client import PageClient
-from palpate.live.commands import Workbench
-from palpate.live.page_commands import PageCommand, decode
-from palpate.live.protocol import Message, RefusedMessage, encode
+from palpate.live.opened_source import OpenedSource
+from palpate.live.page_commands import (
+    BenchCommand,
+    OpenCommand,
+    PageCommand,
+    RecordCommand,
+    StopCommand,
+    decode,
+)
+from palpate.live.protocol import DoneMessage, Message, RefusedMessage, encode
 
 _PAGE = {
     ".html": "text/html",
@@ -36,6 +43,8 @@ READ_ONLY = (
     "form-action 'none'; frame-ancestors 'none'"
 )
 """Of a report, whose text comes from files: no script runs in it, it asks for nothing, and it is a stranger to the page."""
+FILING = (OpenCommand, RecordCommand, StopCommand)
+"""Commands after which there may be another recording."""
 _PART = 1 << 16
 _STATES_PER_S = 5
 
@@ -63,14 +72,14 @@ def page_files() -> dict[str, PageFile]:
 
 
 class PageApp:
-    """The web application of one workbench, and its open pages; all of it runs in the event loop of the server."""
+    """The web application of a source, and its open pages; all of it runs in the event loop of the server."""
 
-    def __init__(self, bench: Workbench, first_page: threading.Event | None = None) -> None:
+    def __init__(self, opened: OpenedSource, first_page: threading.Event | None = None) -> None:
         self.pages: set[PageClient] = set()
         self.was_shown = first_page or threading.Event()
-        self._bench = bench
-        self._measurement = bench.measurement
-        self._number = self._measurement.number
+        self._opened = opened
+        self._bench = opened.bench
+        self._number = self._bench.measurement.number
         self._sent: dict[str, str] = {}  # the newest message of each kind, but state and touches
 
     def app(self, host: str, port: int, token: str | None = None) -> ASGIApp:
@@ -88,18 +97,8 @@ class PageApp:
 
     async def _send(self) -> None:
         """Send rows and news when they come, and states, until cancelled."""
-        loop = asyncio.get_running_loop()
-
-        def look() -> None:
-            with suppress(RuntimeError):  # the server has ended
-                loop.call_soon_threadsafe(self._look)
-
-        def send_news() -> None:
-            with suppress(RuntimeError):
-                loop.call_soon_threadsafe(self._send_news)
-
-        self._measurement.on_rows = look
-        self._bench.on_news = send_news
+        self._opened.on_changed = _in_loop(self._look)
+        self._listen()
         self._send_all()
         while True:
             self._look()
@@ -107,6 +106,12 @@ class PageApp:
             self._bench.look()
             self._send_state()
             await asyncio.sleep(1 / _STATES_PER_S)
+
+    def _listen(self) -> None:
+        """Follow the source that is open."""
+        self._bench = self._opened.bench
+        self._bench.measurement.on_rows = _in_loop(self._look)
+        self._bench.on_news = _in_loop(self._send_news)
 
     def _look(self) -> None:
         """Let the pages look at the rows; send the state at once if word or line have changed."""
@@ -117,14 +122,17 @@ class PageApp:
             self._send_state()
 
     def _follow_measurement(self) -> None:
-        """Greet the pages again if the next measurement has begun: they forget the one before."""
-        if self._number == self._measurement.number:
+        """Greet the pages again if the next measurement has begun, also of another source: they forget the one before."""
+        if self._bench is not self._opened.bench:
+            self._listen()
+        measurement = self._bench.measurement
+        if self._number == measurement.number:
             return
-        self._number = self._measurement.number
+        self._number = measurement.number
         self._sent.clear()
         self._send_all()
         for page in self.pages:
-            page.begin(self._measurement.levels)
+            page.begin(measurement.levels)
 
     def _send_all(self) -> None:
         self._send_changing()
@@ -159,7 +167,7 @@ class PageApp:
 
     async def _download(self, request: Request) -> Response:
         name = request.path_params["name"]
-        path = self._measurement.files.find(name)
+        path = self._bench.measurement.files.find(name)
         if path is None or not path.is_file():
             return PlainTextResponse("this run has no such recording\n", 404)
         shown = path.suffix.lower() == ".html"
@@ -175,7 +183,8 @@ class PageApp:
 
     async def _page(self, socket: WebSocket) -> None:
         await socket.accept()
-        page = PageClient(socket, self._measurement.levels)
+        await self._list_recordings()
+        page = PageClient(socket, self._bench.measurement.levels)
         self._announce(self._bench.hello())
         for kind, message in self._sent.items():
             page.send_message(kind, message)
@@ -197,7 +206,7 @@ class PageApp:
             if isinstance(command, PageCommand):
                 answer = page.run(command)
             else:
-                answer = await asyncio.to_thread(self._bench.run, command)
+                answer = await self._answer(command)
                 self._send_all()
                 self._bench.look()
                 self._send_state()
@@ -205,6 +214,33 @@ class PageApp:
             answer = RefusedMessage(str(error))
         # behind the state, so that the page shows it when the answer arrives
         page.send_answer(encode(answer))
+
+    async def _answer(self, command: BenchCommand | OpenCommand) -> Message:
+        """Run a command for all pages; return the answer."""
+        answer: Message
+        if isinstance(command, OpenCommand):
+            message = await asyncio.to_thread(self._opened.open, command.what)
+            answer = DoneMessage(command.do, message)
+        else:
+            answer = await asyncio.to_thread(self._bench.run, command)
+        if isinstance(command, FILING):
+            await self._list_recordings()
+        return answer
+
+    async def _list_recordings(self) -> None:
+        """Send the recordings that can be opened, if there are other ones."""
+        self._announce(await asyncio.to_thread(self._opened.recordings))
+
+
+def _in_loop(do: Callable[[], None]) -> Callable[[], None]:
+    """Return a function for any thread: the running loop does this."""
+    loop = asyncio.get_running_loop()
+
+    def call() -> None:
+        with suppress(RuntimeError):  # the server has ended
+            loop.call_soon_threadsafe(do)
+
+    return call
 
 
 @asynccontextmanager

@@ -57,12 +57,15 @@ from palpate.live.page_commands import (
 from palpate.live.plan import TouchPlan
 from palpate.live.protocol import (
     Answer,
+    CalibrationMessage,
+    DeviceMessage,
     DoneMessage,
     HelloMessage,
     Message,
     RefusedCommand,
     StateMessage,
     StatusState,
+    VerificationMessage,
 )
 from palpate.live.source_watch import SourceWatch
 from palpate.live.specimen_check import SpecimenCheck
@@ -99,7 +102,7 @@ class Workbench:
         self.plan = TouchPlan(measurement, calibration)
         self.table = TouchTable(measurement, self.plan, scatter)
         self.annotations = Annotations(measurement)
-        self._source = source
+        self.source = source
         self.plan.on_changed.append(self.publish)
 
     def publish(self) -> None:
@@ -108,7 +111,7 @@ class Workbench:
 
     def hello(self) -> HelloMessage:
         """Return what does not change during a measurement."""
-        return self.table.hello(self._source)
+        return self.table.hello(self.source)
 
     def look(self) -> bool:
         """Look at the measurement; return whether word, line or announcement are other ones than before."""
@@ -254,6 +257,16 @@ class FileWorkbench(Workbench):
     ) -> None:
         super().__init__(measurement, source, calibration, scatter, calibration_file, accept)
         self._recorded = measurement
+
+    # Empty messages, for a page that showed a measurement before.
+    def changing(self) -> list[Message]:
+        """Return the messages that may have changed at any time; a recording has no device."""
+        return [*super().changing(), DeviceMessage([], {}, can_centre=False)]
+
+    def news(self) -> list[Message]:
+        """Return the messages that change with `on_news`, but the touches; nothing is calibrated."""
+        verification = VerificationMessage("", agrees=True, kept=True)
+        return [*super().news(), CalibrationMessage(on=False), verification]
 
     def _status(self) -> StatusState:
         """Return that nothing is measured."""

@@ -202,6 +202,12 @@ class SettingsCommand(Command, tag="settings"):
     operator: Text = ""
 
 
+class OpenCommand(Command, tag="open"):
+    """Show another source: "measure", "demo", or the name of a listed recording."""
+
+    what: Text
+
+
 class NoiseCommand(Command, tag="noise"):
     """Answer the noise of the newest samples without contact."""
 
@@ -251,7 +257,7 @@ BenchCommand = (
     | ReviewCommand
     | ReportCommands
 )
-AnyCommand = BenchCommand | PageCommand
+AnyCommand = BenchCommand | OpenCommand | PageCommand
 
 COMMANDS: dict[str, type[Command]] = {
     str(kind.__struct_config__.tag): kind for kind in AnyCommand.__args__

@@ -103,6 +103,19 @@ class HelloMessage(Message, tag="hello", kw_only=True):
     assumed: float | None  # scatter without one
 
 
+class ListedRecording(Struct, frozen=True):
+    """A recording that a page can open; `changed_s`: when it was written last, s since 1970."""
+
+    name: str
+    changed_s: float
+
+
+class RecordingsMessage(Message, tag="recordings"):
+    """The newest recordings of the folder, the newest one first."""
+
+    files: list[ListedRecording]
+
+
 class RunningRecording(Struct, frozen=True):
     """The recording that runs."""
 
@@ -551,6 +564,7 @@ class RefusedMessage(Message, tag="refused"):
 Answer = DoneMessage | ComparedMessage
 MESSAGES: tuple[type[Message], ...] = (
     HelloMessage,
+    RecordingsMessage,
     StateMessage,
     TouchesMessage,
     EventsMessage,

@@ -1,6 +1,7 @@
 """The files that a run of `palpate live` makes: their names, and reports; nothing is overwritten, no other file is read."""
 
 import re
+from copy import copy
 from datetime import date
 from pathlib import Path
 from typing import Literal
@@ -49,6 +50,12 @@ class RunFiles:
         self._settings = SettingsCommand()  # of reports
         self.progress: str = ""  # of the report that is written
         self.others: list[Path] = []  # recordings to compare with the first one
+
+    def again(self) -> "RunFiles":
+        """Return the files for another measurement of this run: it knows those that were made."""
+        files = copy(self)
+        files.progress = ""
+        return files
 
     def compared(self) -> list[Path]:
         """Return the recordings to compare: the first one and the others, else the newest of this run."""

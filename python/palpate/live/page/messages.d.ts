@@ -48,6 +48,18 @@ export interface HelloMessage {
   assumed: number | null;
 }
 
+/** A recording that a page can open; `changed_s`: when it was written last, s since 1970. */
+export interface ListedRecording {
+  name: string;
+  changed_s: number;
+}
+
+/** The newest recordings of the folder, the newest one first. */
+export interface RecordingsMessage {
+  type: "recordings";
+  files: ListedRecording[];
+}
+
 /** A modulus with its 95 % interval. */
 export interface ShownModulus {
   value_MPa: number | null;
@@ -629,6 +641,12 @@ export interface SettingsCommand {
   operator?: string;
 }
 
+/** Show another source: "measure", "demo", or the name of a listed recording. */
+export interface OpenCommand {
+  do: "open";
+  what: string;
+}
+
 /** Answer the noise of the newest samples without contact. */
 export interface NoiseCommand {
   do: "noise";
@@ -645,6 +663,7 @@ export interface ViewCommand {
 
 export type Message =
   | HelloMessage
+  | RecordingsMessage
   | StateMessage
   | TouchesMessage
   | EventsMessage
@@ -686,5 +705,6 @@ export type Command =
   | ReportCommand
   | StopReportCommand
   | SettingsCommand
+  | OpenCommand
   | NoiseCommand
   | ViewCommand;

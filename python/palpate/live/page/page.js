@@ -59,7 +59,7 @@ shell.parts.push(
   new TouchedObject(known, send),
   new Pills(send),
   strip,
-  new Start(),
+  new Start(openSource),
   session,
   marks,
   new Device(send),
@@ -85,6 +85,7 @@ function showDone(message) {
   if (message.do === "mark") marks.open(message.id, "");
   if (message.do === "cut") charts.cursors.showAnswer(message.message);
   if (message.do === "compare") showComparison(message);
+  if (message.do === "open") showOpened();
   if (message.do === "plan") list.answered(message.message, true);
   if (message.do === "read list" && message.lines) list.read(message.lines);
 }
@@ -98,6 +99,15 @@ function showRefused(message) {
 function showComparison(message) {
   depths.show("lab");
   compare.show(message);
+}
+
+function openSource(what) {
+  if (send({ do: "open", what })) answer(`Opening ${what} …`);
+}
+
+function showOpened() {
+  if (compare.open) compare.turn(false);
+  depths.show(depths.usual);
 }
 
 function showDepth() {

@@ -1,34 +1,36 @@
-// The start screen: what can be done, the state of the board, and the last files.
+// The start screen: measure, open a recording, try without a probe. The server opens what is chosen in place of what is shown.
 
 import { $, fill, make, put } from "./dom.js";
 
-const MOST_FILES = 5;
-const OPENED = ["recording", "report"]; // kinds of files
-
 export class Start {
-  update(type, known) {
-    if (type !== "state" && type !== "hello" && type !== "device") return;
-    put("board", boardWords(known));
-    put("trial", known.hello.simulation ? "This is a simulation already: press Measure." : "A simulated probe, and your mouse as the hand. Nothing is measured.");
-    const files = (known.state.files ?? []).filter(({ kind }) => OPENED.includes(kind));
-    const last = files.slice(-MOST_FILES).toReversed();
-    fill($("lastfiles"), last, () => (last.length ? last.map(item) : [make("li", { textContent: "Nothing is recorded yet." })]));
-    const newest = last.find(({ kind }) => kind === "recording");
-    put("opencommand", `palpate live ${newest?.name ?? "FILE.csv"}`);
+  // open(what): "measure", "demo", or the name of a recording that the server has listed
+  constructor(open) {
+    this.open = open;
+    $("startmeasure").onclick = () => open("measure");
+    $("startdemo").onclick = () => open("demo");
   }
-}
 
-function item({ name, kind }) {
-  const link = make("a", { href: `recording/${encodeURIComponent(name)}`, textContent: name });
-  if (kind === "recording") link.download = name;
-  return make("li", {}, link);
+  update(type, known) {
+    if (type === "state" || type === "hello") put("board", boardWords(known));
+    if (type !== "recordings") return;
+    const { files } = known.recordings;
+    fill($("recordings"), files, () => files.map((file) => this.item(file)));
+    $("norecordings").hidden = files.length > 0;
+  }
+
+  item({ name, changed_s: changed }) {
+    const time = new Date(1000 * changed).toLocaleString([], { dateStyle: "medium", timeStyle: "short" });
+    const button = make("button", { type: "button" }, make("b", { textContent: name }), make("span", { textContent: time }));
+    button.onclick = () => this.open(name);
+    return make("li", {}, button);
+  }
 }
 
 function boardWords({ hello, state, offline }) {
   if (offline) return "No connection to palpate.";
-  if (hello.kind === "file") return "A recording is open; nothing is measured.";
-  if (hello.simulation) return "No board is connected: a simulation runs.";
-  const alarmed = state.now?.tone === "fault";
-  if (alarmed) return `${hello.device || hello.source}: ${state.line.title}`;
-  return `${hello.device || hello.source}: ready.`;
+  if (hello.kind === "file") return "A recording is shown. Measure looks for the board.";
+  if (hello.source?.startsWith("demo:")) return "The demo is shown. Measure looks for the board.";
+  const device = hello.simulation ? hello.source : hello.device || hello.source;
+  if (state.now?.tone === "fault") return `${device}: ${state.line.title}`;
+  return `${device}: ready.`;
 }

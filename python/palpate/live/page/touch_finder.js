@@ -66,6 +66,8 @@ export class TouchFinder {
 
   update(type, { hello, touches, session }) {
     if (!["hello", "touches", "events"].includes(type)) return;
+    if (hello.measurement !== this.measurement) $("find").value = ""; // another recording
+    this.measurement = hello.measurement;
     const file = hello.kind === "file";
     for (const id of ["finder", "step", "going"]) $(id).hidden = !file;
     if (!file) {
