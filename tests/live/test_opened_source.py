@@ -3,7 +3,7 @@
 import json
 import os
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from threading import Event
 from typing import Any
@@ -11,6 +11,9 @@ from typing import Any
 import palpate
 import pytest
 from live_bench import OWN_FILE, client
+from live_browser import Browser
+from live_server import Live
+from page_looks import CUT, SIDEWAYS, audit
 from palpate.calibration import Calibration
 from palpate.calibration.calibration_file import About
 from palpate.calibration.provenance import Provenance
@@ -23,6 +26,8 @@ from palpate.sources.devices import ListedDevice
 from project import copied
 from recording_bench import soon
 from report_session import change
+from selenium.webdriver.common.action_chains import ActionChains
+from selenium.webdriver.common.keys import Keys
 
 DEMO = "demo:"
 NAME = OWN_FILE.name
@@ -65,25 +70,24 @@ def no_board(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(live_sources, "search_by", lambda *_: ([], ["libusb is missing"]))
 
 
-def received(socket: Any, kind: str) -> dict[str, Any]:
-    """Return the next message of a kind."""
+def received(socket: Any, type: str, **wanted: Any) -> dict[str, Any]:
+    """Return the next message of a kind with these values."""
     while True:
         told = json.loads(socket.receive().get("text") or "{}")
-        if told.get("type") in (kind, "refused"):
+        if told.get("type") == type and wanted.items() <= told.items():
             return dict(told)
 
 
 def test_a_page_opens_a_recording_and_goes_back(demo: OpenedSource, tmp_path: Path) -> None:
     first = demo.bench
     with client(demo) as page, page.websocket_connect("/ws") as socket:
-        hello = received(socket, "hello")
-        assert (hello["kind"], hello["measurement"]) == ("live", 1)
+        received(socket, "hello", kind="live", measurement=1)
         [listed] = received(socket, "recordings")["files"]
         assert listed["name"] == NAME
         assert listed["changed_s"] == (tmp_path / NAME).stat().st_mtime
         socket.send_json({"do": "open", "what": NAME})
-        hello = received(socket, "hello")
-        assert (hello["kind"], hello["measurement"], hello["file"]["name"]) == ("file", 2, NAME)
+        hello = received(socket, "hello", kind="file", measurement=2)
+        assert hello["file"]["name"] == NAME
         soon(lambda: not first.measurement.running)
         soon(lambda: not demo.bench.measurement.running)
         assert [touch.ratio for touch in demo.bench.measurement.touches] == [
@@ -92,9 +96,7 @@ def test_a_page_opens_a_recording_and_goes_back(demo: OpenedSource, tmp_path: Pa
         assert received(socket, "done")["message"] == f"Opened {NAME}."
         assert page.get(f"/recording/{NAME}").content == OWN_FILE.read_bytes()
         socket.send_json({"do": "open", "what": "demo"})
-        hello = received(socket, "hello")
-        assert (hello["kind"], hello["measurement"], hello["source"]) == ("live", 3, DEMO)
-        assert hello["seconds"] == 3.0
+        received(socket, "hello", kind="live", measurement=3, source=DEMO, seconds=3.0)
         assert received(socket, "done")["message"] == "Opened demo:."
         soon(lambda: demo.bench.measurement.state == "no contact")
 
@@ -165,7 +167,10 @@ def test_a_recording_that_the_calibration_is_not_for_opens_without_it(tmp_path: 
     assert opened.bench.hello().calibrated
     opened.recordings()
     message = opened.open(NAME)
-    assert re.match(f"Opened {NAME}. The calibration is not used: .*other chip", message)
+    assert re.match(
+        f"Opened {NAME}. The calibration is not used: .*the calibration was made with the chip",
+        message,
+    )
     assert not opened.bench.hello().calibrated
     assert opened.bench.measurement.files.calibration is None
     opened.open("demo")
@@ -185,3 +190,44 @@ def test_what_is_recorded_is_closed_and_stays_a_file_of_the_run(tmp_path: Path) 
     assert state.proposed == "run-2.csv"
     opened.close()
     assert not opened.bench.measurement.running
+
+
+def test_the_start_screen_opens_each_of_the_three(
+    serve: Callable[..., Live], page: Browser, tmp_path: Path
+) -> None:
+    """A recording from the demo and back, with the keyboard; a refusal is in words and changes nothing."""
+    copied(tmp_path / NAME, OWN_FILE)
+    live = serve("--folder", str(tmp_path), source="demo:")
+    page.driver.get(f"{live.address}#start")
+    page.until(lambda: NAME in page.text("recordings"))
+    assert page.text("board") == "The demo is shown. Measure looks for the board."
+    for size, theme in (("phone", "dark"), ("lying", "light"), ("desk", "dark"), ("desk", "light")):
+        page.size(size)
+        page.theme(theme)
+        page.drawn()
+        assert not page.run(SIDEWAYS), size
+        assert not page.run(CUT), size
+        assert not audit(page.driver), (size, theme)
+    page.click("startmeasure")
+    page.until(lambda: page.text("answer").startswith("measure: no board is connected"))
+    assert page["start"].is_displayed()
+    page.run("document.querySelector('#recordings button').focus()")
+    page.press(Keys.ENTER)
+    page.until(lambda: page["lab"].is_displayed() and len(page.all("#touches tr")) > 3)
+    assert page.text("source").startswith(NAME)
+    page.until(lambda: page.text("answer") == f"Opened {NAME}.")
+    assert not page["demo"].is_displayed()
+    assert not page["device"].is_displayed()
+    page["more"].click()
+    page.all("#menu [data-depth=start]")[0].click()
+    assert page.text("board") == "A recording is shown. Measure looks for the board."
+    page.run("startdemo.focus()")
+    page.press(Keys.ENTER)
+    page.until(lambda: page["measure"].is_displayed() and page.text("verb") == "Touch")
+    assert page.all("#touches tr.touch") == []
+    assert page["simulated"].is_displayed()
+    ActionChains(page.driver).click_and_hold(page["block-40 A"]).perform()
+    page.until(lambda: page.text("verb") == "Lift")
+    ActionChains(page.driver).release().perform()
+    page.until(lambda: page.text("verb") == "Touch" and "ratio" in page.text("block-40 A"))
+    assert not page.complaints()
