@@ -93,11 +93,11 @@ def test_a_page_opens_a_recording_and_goes_back(demo: OpenedSource, tmp_path: Pa
         assert [touch.ratio for touch in demo.bench.measurement.touches] == [
             touch.ratio for touch in palpate.touches(palpate.read(OWN_FILE))
         ]
-        assert received(socket, "done")["message"] == f"Opened {NAME}."
+        assert received(socket, "done")["message"] == f"{NAME} is open now."
         assert page.get(f"/recording/{NAME}").content == OWN_FILE.read_bytes()
         socket.send_json({"do": "open", "what": "demo"})
         received(socket, "hello", kind="live", measurement=3, source=DEMO, seconds=3.0)
-        assert received(socket, "done")["message"] == "Opened demo:."
+        assert received(socket, "done")["message"] == "demo: is open now."
         soon(lambda: demo.bench.measurement.state == "no contact")
 
 
@@ -148,7 +148,7 @@ def test_a_board_takes_the_place_of_the_demo(
         live_sources, "search_by", lambda *_: ([ListedDevice(board, "in place of a board")], [])
     )
     first = demo.bench
-    assert demo.open("measure") == f"Opened {board}."
+    assert demo.open("measure") == f"{board} is open now."
     assert not first.measurement.running
     assert demo.bench.measurement.running
     assert "seconds" not in demo.bench.measurement.settings
@@ -168,7 +168,7 @@ def test_a_recording_that_the_calibration_is_not_for_opens_without_it(tmp_path: 
     opened.recordings()
     message = opened.open(NAME)
     assert re.match(
-        f"Opened {NAME}. The calibration is not used: .*the calibration was made with the chip",
+        f"{NAME} is open now. The calibration is not used: .*the calibration was made with the chip",
         message,
     )
     assert not opened.bench.hello().calibrated
@@ -215,7 +215,7 @@ def test_the_start_screen_opens_each_of_the_three(
     page.press(Keys.ENTER)
     page.until(lambda: page["lab"].is_displayed() and len(page.all("#touches tr")) > 3)
     assert page.text("source").startswith(NAME)
-    page.until(lambda: page.text("answer") == f"Opened {NAME}.")
+    page.until(lambda: page.text("answer") == f"{NAME} is open now.")
     assert not page["demo"].is_displayed()
     assert not page["device"].is_displayed()
     page["more"].click()

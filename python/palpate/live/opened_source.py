@@ -91,7 +91,7 @@ class OpenedSource:
             self.on_changed()
             before.measurement.close()
             self._has_failed |= before.measurement.failed
-        message = f"Opened {_name_of(self.bench)}."
+        message = f"{_name_of(self.bench)} is open now."
         return f"{message} {remark}" if remark else message
 
     def _replace(self, what: str) -> str:
