@@ -19,6 +19,7 @@ from palpate.calibration.calibration_file import About
 from palpate.calibration.provenance import Provenance
 from palpate.cli import live_sources
 from palpate.cli.live_sources import LiveOptions, LiveSources
+from palpate.live.commands import LiveWorkbench
 from palpate.live.opened_source import MOST_LISTED, OpenedSource
 from palpate.live.page_commands import RecordCommand, StopCommand
 from palpate.live.protocol import RefusedCommand
@@ -151,7 +152,8 @@ def test_a_board_takes_the_place_of_the_demo(
     assert demo.open("measure") == f"{board} is open now."
     assert not first.measurement.running
     assert demo.bench.measurement.running
-    assert "seconds" not in demo.bench.measurement.settings
+    assert isinstance(demo.bench, LiveWorkbench)
+    assert "seconds" not in demo.bench.live.settings
     # what is measured goes on, wherever the search would find it
     monkeypatch.setattr(live_sources, "search_by", lambda *_: ([], []))
     assert demo.open("measure") == f"{board} is open already."

@@ -73,7 +73,9 @@ class OpenedSource:
 
     def recordings(self) -> RecordingsMessage:
         """Return the newest recordings of the folder, the newest one first: a page can open them."""
-        found = _newest(self._opener.folder) if self._opener else []
+        found: list[tuple[Path, float]] = []
+        if self._opener:
+            found = _newest(self._opener.folder)
         self._listed = {path.name: path for path, _ in found}
         return RecordingsMessage([ListedRecording(path.name, time) for path, time in found])
 
@@ -92,7 +94,9 @@ class OpenedSource:
             before.measurement.close()
             self._has_failed |= before.measurement.failed
         message = f"{_name_of(self.bench)} is open now."
-        return f"{message} {remark}" if remark else message
+        if remark:
+            message += f" {remark}"
+        return message
 
     def _replace(self, what: str) -> str:
         """Start another source in place of this one, unless it is the same; return a remark."""
@@ -131,7 +135,9 @@ class OpenedSource:
 def _name_of(bench: Workbench) -> str:
     """Return the name of a source for the page: of a recording without its folder."""
     file = bench.measurement.file
-    return file.name if file else bench.source
+    if file:
+        return file.name
+    return bench.source
 
 
 def _newest(folder: Path) -> list[tuple[Path, float]]:
