@@ -449,16 +449,21 @@ def test_the_page_chooses_from_its_recording(tmp_path: Path) -> None:
         progress=SimpleNamespace(),
         note=str,
         operator="",
-        document={"operator": None, "title": ""},
+        document=SimpleNamespace(operator=None, title=""),
         rows=(),
+        on_changed=[],
+        use_calibration=used.append,
     )
     watch: Any = SimpleNamespace(chips=set(), simulated=None, begun_at=present_time())
     for recorder in (SimpleNamespace(path=path), None):
         bench = SimpleNamespace(
-            files=RunFiles(folder=tmp_path), how={}, newest_recorder=recorder, use=lambda *_: None
+            files=RunFiles(folder=tmp_path),
+            settings={},
+            hand=None,
+            newest_recorder=recorder,
+            use=lambda *_: None,
         )
         GuidedCalibration(bench, plan, watch).save_calibration()  # type: ignore[arg-type]
-        used.append(plan.progress.calibration)
     assert [found.ratio for found in used] == ["level", "hold"]
     assert used[0].age_s > 0
     assert len(used[0].ratios) >= 36

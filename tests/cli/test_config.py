@@ -74,7 +74,7 @@ def test_a_command_of_a_group_has_a_table_and_variables(places: tuple[Path, Path
     [
         (
             "[replay]\nscne = 1\n",
-            "palpate.toml: [replay]: got 'scne', allowed: map, unit, time-unit, rate",
+            "palpate.toml: [replay]: got 'scne', allowed: map, columns, pattern, unit",
         ),
         (
             "[relay]\nscene = 1\n",

@@ -54,7 +54,9 @@ def filled(
     words = list(names)
     for parameter in command.params:
         if parameter.required or parameter is wanted or parameter.name == "source":
-            other = "new.csv" if parameter.type in (OUTPUT, OUTPUT_FOLDER) else "run.csv"
+            other = "run.csv"
+            if parameter.type in (OUTPUT, OUTPUT_FOLDER):
+                other = "new.png" if names == ("plot",) else "new.csv"
             value = file if parameter is wanted else "sim:" if parameter.name == "source" else other
             words += (
                 [value] if isinstance(parameter, click.Argument) else [parameter.opts[0], value]

@@ -8,6 +8,7 @@ import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
+from shutil import copy
 
 import pytest
 from command_lines import run
@@ -121,10 +122,14 @@ def test_progress_is_shown_on_a_terminal_only(tmp_path: Path) -> None:
         ["record", "sim:four-specimens", "-o", str(tmp_path / "run.csv"), "--json"]
     )
     assert (" pairs, 0 lost, " in drawn, "\r" in printed) == (True, False)
-    check_words = ["check", str(FOUR), str(FOUR)]
+    other = tmp_path / "other.csv"
+    for suffix in (".csv", ".json"):
+        copy(FOUR.with_suffix(suffix), other.with_suffix(suffix))
+    check_words = ["check", str(FOUR), str(other)]
     bar, *notes = on_a_terminal(check_words)[1].replace("\r\n", "\n").rstrip().split("\n")
     assert "check  [##" in bar
-    assert notes == 2 * [f"{FOUR}: simulated: no probe was used"]  # below the bar
+    below = [f"{file}: simulated: no probe was used" for file in (FOUR, other)]
+    assert notes == below
     assert "\r" not in run(*check_words).output
 
 

@@ -23,7 +23,7 @@ from recording_bench import SampleReader
         (
             "moon:",
             {},
-            "source: got moon:, allowed: i2c:, iio:, lsl:, serial:, sim:, usb: or a path",
+            "source: got moon:, allowed: demo:, i2c:, iio:, lsl:, serial:, sim:, usb: or a path",
         ),
         ("sim:moon", {}, "sim: got scenario 'moon', allowed: soft-steady"),
         ("sim:all?sed=1", {}, "sim: got option 'sed', allowed: capf, excitation, level, chop"),

@@ -28,8 +28,7 @@ COMMANDS = {
     "live": LazyCommand("live:live_command", "Watch a measurement in the browser."),
     "record": LazyCommand(
         "record:record_command",
-        "Record from SOURCE and print a row for each touch as it ends, and another when its "
-        "result is revised.",
+        "Record from SOURCE and print a row for each touch.",
     ),
     "replay": LazyCommand(
         "replay:replay_command",
@@ -47,7 +46,8 @@ COMMANDS = {
         "Convert a recording to Parquet, Arrow, or palpate's own CSV.",
     ),
     "plot": LazyCommand(
-        "figures:plot_command", "Draw a recording and its touches, or a figure of the paper."
+        "figures:plot_command",
+        "Draw a recording with the ratio of each touch, or a figure of the paper.",
     ),
     "devices": LazyCommand("doctor:devices_command", "List the connected devices."),
     "simulate": LazyCommand(

@@ -125,7 +125,7 @@ function shareOf({ from, to, log }, value) {
 
 function ends({ log, from, to }, right) {
   const [soft, stiff] = log ? ["soft", "stiff"] : [`${from} very soft`, `${to} rigid`];
-  return text(MARGIN, 17, soft, "", "start") + text(right, 17, stiff, "", "end");
+  return text(MARGIN, 15, soft, "", "start") + text(right, 15, stiff, "", "end");
 }
 
 function barOf({ bar, kind, from, to }, x) {
