@@ -2,9 +2,11 @@
 
 import { $, fill, make, put } from "./dom.js";
 import { inUnit, modulusOf, plusMinus, settings } from "./formatting.js";
+import { showsModulus } from "./reading.js";
 
 const HOLDING_KEYS = [" ", "Enter"];
-const DONE = ["Lift", "Repeat"]; // words of a touch that is complete
+const DONE = "Lift"; // the word of a touch that is complete
+const LEFT_OUT = "Repeat";
 
 export class Demo {
   constructor(known, send) {
@@ -27,7 +29,7 @@ export class Demo {
     const { calibration, hello } = known;
     $("democalibrate").hidden = Boolean(calibration.on) || hello.calibrated;
     for (const { name, modulus } of specimens) this.showBlock(name, modulus);
-    const complete = DONE.includes(known.state.now?.word);
+    const complete = known.state.now?.word === DONE;
     $("demo").classList.toggle("complete", complete);
   }
 
@@ -93,7 +95,7 @@ export class Demo {
     const wanted = calibration.on && session.next?.name === name;
     button.classList.toggle("wanted", Boolean(wanted));
     const [, measured, truth] = button.children;
-    const touch = this.known.touches.rows.findLast((row) => row.specimen === name);
+    const touch = this.known.touches.rows.findLast((row) => row.specimen === name && row.kept !== false);
     put(measured, touch ? measuredWords(this.known, touch) : "untouched");
     const words = touch ? `true ${inUnit(modulus)}` : "";
     fill(truth, [words, settings.unit], () => (words ? [words, make("i", { textContent: ` ${settings.unit}` })] : []));
@@ -102,17 +104,18 @@ export class Demo {
 
 // What to do with the blocks.
 function instruction({ session, calibration, hello, state }) {
-  if (DONE.includes(state.now?.word)) return "Let go: the touch is complete.";
+  if (state.now?.word === DONE) return "Let go: the touch is complete.";
+  if (state.now?.word === LEFT_OUT) return "This touch does not count: press again, and hold until the ring is full.";
   if (calibration.on && session.next) {
     return `Press and hold ${session.next.name}: touch ${session.next.nth} of ${session.next.of}.`;
   }
   if (hello.calibrated) return "Press and hold any of them: its modulus comes from your calibration.";
-  return "Your mouse is the hand: press and hold one of these, with the mouse, a finger or the space bar.";
+  return "Your mouse is the hand: press and hold one of these, with the mouse, a finger, or Tab and the space bar.";
 }
 
 // What a touch has measured: the modulus with a calibration, else the ratio.
-function measuredWords({ hello, calibration }, touch) {
-  if (hello.calibrated && !calibration.on) {
+function measuredWords(known, touch) {
+  if (showsModulus(known) && touch.modulus) {
     const { value, unit, interval } = modulusOf(touch.modulus);
     return unit ? `${value} ${unit}` : interval;
   }

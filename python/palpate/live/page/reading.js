@@ -53,10 +53,16 @@ export function isUnsure({ ratio, standard_error: error }, { scene }) {
   return error === null || error === undefined || error >= Math.abs(ratio) / 10;
 }
 
+// Whether touches are shown by their modulus: not while a calibration is made.
+export function showsModulus({ hello, calibration }) {
+  return hello.calibrated && (!calibration.on || Boolean(calibration.saved));
+}
+
 // Texts of the number: the modulus with a calibration, else the ratio; and between which values it is, in 95 of 100 cases.
-export function readingOf(one, { hello, calibration }) {
+export function readingOf(one, known) {
+  const { hello } = known;
   const of = one.title.charAt(0).toUpperCase() + one.title.slice(1);
-  if (hello.calibrated && !calibration.on) return { of, ...modulusTexts(one.modulus) };
+  if (showsModulus(known) && one.modulus) return { of, ...modulusTexts(one.modulus) };
   if (isUnsure(one, hello)) return { of, value: "–", unit: "", between: "hold on: not known yet" };
   const { ratio, uncertainty } = one;
   if (!(uncertainty > 0)) return { of, value: number(ratio), unit: "", between: "uncertainty not known" };

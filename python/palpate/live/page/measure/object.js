@@ -2,7 +2,7 @@
 
 import { $, fill, make, put } from "../dom.js";
 import { endsOf, inUnit, modulusOf, plusMinus, sentenceInUnit, settings } from "../formatting.js";
-import { running, subject } from "../reading.js";
+import { running, showsModulus, subject } from "../reading.js";
 
 const MOST_SLOTS = 8; // the newest
 const LEAST_SPREAD = 0.1; // %
@@ -23,6 +23,7 @@ export class TouchedObject {
     const finished = Boolean(known.finished);
     document.body.classList.toggle("finished", finished);
     $("ending").hidden = !finished;
+    put($("endfile").firstChild, known.state.recording ? "End file " : "Record ");
     $("touchslots").hidden = finished;
     this.showHead(finished);
     this.showSlots();
@@ -124,14 +125,14 @@ export function objectName(known) {
   if (hello.kind === "file") return subject(known)?.specimen ?? null;
   if (running(state)) return state.on ?? null;
   if (touchIsShown(known)) return touches.rows.at(-1).specimen ?? null;
-  return session.next?.name ?? null;
+  return session.next?.name || (touches.rows.at(-1)?.specimen ?? null);
 }
 
 // A slot for each touch on the object, and for each one that is wanted: { touch, text, kept, why, here }.
 export function slotsOf(known) {
-  const { session, touches, hello, calibration } = known;
+  const { session, touches, hello } = known;
   const name = objectName(known);
-  const byModulus = hello.calibrated && !calibration.on;
+  const byModulus = showsModulus(known);
   const value = (row) => {
     const [ratio] = plusMinus(row.ratio, row.uncertainty);
     return byModulus ? modulusOf(row.modulus).value : ratio;
@@ -154,7 +155,7 @@ export function slotsOf(known) {
 
 // The mean of the touches on the object, and how far they are from each other, in words.
 function meanWords(known) {
-  const { touches, hello, calibration } = known;
+  const { touches } = known;
   const { together } = touches;
   const nothing = { mean: "", spread: "", differs: false };
   const name = objectName(known);
@@ -165,7 +166,7 @@ function meanWords(known) {
   if (!together.agree) {
     return { mean: `▲ These ${together.touches} touches differ`, spread: `${spread}: a hand has ${usual}. Touch again, or leave one out`, differs: true };
   }
-  const mean = hello.calibrated && !calibration.on ? modulusMean(together.modulus) : plusMinus(together.ratio, together.standard_error).join(" ");
+  const mean = showsModulus(known) ? modulusMean(together.modulus) : plusMinus(together.ratio, together.standard_error).join(" ");
   return { mean: `Mean ${mean}`, spread: `${spread}: ${together.spread < STEADY * together.scatter ? "less than" : "as"} usual for a hand`, differs: false };
 }
 
@@ -196,6 +197,6 @@ function stepsOf({ session, calibration }) {
   return [
     { words: named ? `✓ ${known.length} specimens are named` : `1  Name ${FEWEST} specimens or more, with their moduli`, state: stateOf(named, true), opens: named ? null : "openplan" },
     { words: touched ? "✓ All are touched" : `2  Touch each: ${done} of ${known.length} done`, state: stateOf(touched, named) },
-    { words: saved ? "✓ Saved" : "3  Save", state: stateOf(saved, touched) },
+    { words: saved ? "✓ In use" : "3  Save", state: stateOf(saved, touched) },
   ];
 }

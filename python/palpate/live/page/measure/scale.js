@@ -3,7 +3,7 @@
 import { escaped, measure } from "../charts/svg.js";
 import { $ } from "../dom.js";
 import { settings } from "../formatting.js";
-import { COVERING, isUnsure, subject } from "../reading.js";
+import { COVERING, isUnsure, showsModulus, subject } from "../reading.js";
 import { objectName } from "./object.js";
 
 const RATIOS = { from: 1, to: 10, most: 40 };
@@ -43,8 +43,8 @@ export class Scale {
 
 // What the scale shows, as plain values: { log, from, to, unit, bar, dots, ticks }.
 export function contentOf(known) {
-  const { hello, touches, session, calibration } = known;
-  const byModulus = hello.calibrated && !calibration.on;
+  const { hello, touches, session } = known;
+  const byModulus = showsModulus(known);
   const valueOf = byModulus ? modulusValues : ratioValues;
   const one = subject(known);
   const name = objectName(known);
