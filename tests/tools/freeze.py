@@ -365,6 +365,8 @@ def page(_: Path) -> str:
     shown, frames = _page(
         FOUR.name, lambda last: last["state"]["state"] == "ended" and "view4" in last
     )
+    for file in shown["recordings"]["files"]:
+        file["changed_s"] = 0.0  # of the checkout
     parts = [json.dumps(shown[name]) for name in sorted(shown)]
     parts.append(
         f"{len(frames)} frames of rows, crc32 {[zlib.crc32(frame[16:]) for frame in frames]}"
