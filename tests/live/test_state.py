@@ -481,6 +481,33 @@ def test_sources_that_a_simulated_board_cannot_be(tmp_path: Path) -> None:
     )
 
 
+def _wire_comes_off(number: int) -> tuple[float, float]:
+    """Return a press at whose end the hard channel is at its limit."""
+    hard, soft = noisy(number)
+    if number < 150:
+        return hard, soft
+    if number < 250:
+        return hard + 0.5, soft + 0.2
+    return 4.096, soft
+
+
+class _SlowlyRead(Fed):
+    """A source that this computer reads at a fifth of its rate, and whose period it has measured."""
+
+    fastest_period_s = 0.002
+
+
+def test_a_wire_that_comes_off_and_a_computer_that_was_always_slow(tmp_path: Path) -> None:
+    wire = begun(lambda: Fed(_wire_comes_off), tmp_path / "wire", record=False)
+    slow = begun(lambda: _SlowlyRead(noisy), tmp_path / "slow", record=False)
+    found = wire.waited("wire off")
+    late = slow.waited("slow")
+    for bench in (wire, slow):
+        bench.measurement.close()
+    assert found.now.sub == "look at the wires of the hard gauge"
+    assert "of 500 pairs a second arrive" in late.line.text
+
+
 def test_a_source_that_falls_silent_and_a_process_that_stood_still() -> None:
     """A look that comes late does not blame the source; looks that are always late find it silent all the same."""
     played = Played(SOURCE).play(until_s=2.0)
