@@ -154,7 +154,8 @@ class TouchPlan(Listener):
         self._lock = RLock()
         # of a recording: of touches that are not found with these settings
         self._unmatched: list[stored.Entry] = []
-        self._files = 0
+        self._files = 0  # made before this list, or before its last touch
+        self._is_done = False
         measurement.listeners.append(self)
         measurement.recording_begun.append(self._store)
         self._changed()
@@ -353,10 +354,18 @@ class TouchPlan(Listener):
         progress.settle(self._measurement.last_s)
         self.rows: list[TouchKept] = progress.rows()
         self.document: SessionMessage = self._message()
+        self._forget_earlier_files()
         self._put_into_recording(ordered=ordered)
         self.version += 1
         for notify in self.on_changed:
             notify()
+
+    def _forget_earlier_files(self) -> None:
+        """Forget the files from before the last wanted touch: a report of them lacks touches."""
+        was_done = self._is_done
+        self._is_done = self.document.done is not None
+        if self._is_done and not was_done:
+            self._files = len(self._measurement.files.named)
 
     def _message(self) -> SessionMessage:
         progress = self.progress

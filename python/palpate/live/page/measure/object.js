@@ -35,8 +35,11 @@ export class TouchedObject {
   // The card of the end stays until it is left, also while something is touched.
   followEnd(known) {
     const { session } = known;
-    if (session.done) known.finished = session.done;
-    else if (session.next || !session.specimens.length) known.finished = null;
+    if (session.done) {
+      // a report from before lacks touches
+      if (!known.finished) this.filesBefore = known.state.files?.length ?? 0;
+      known.finished = session.done;
+    } else if (session.next || !session.specimens.length) known.finished = null;
   }
 
   showHead(finished) {
@@ -104,7 +107,7 @@ export class TouchedObject {
   }
 
   openReport() {
-    const made = this.known.state.files?.findLast(({ kind }) => kind === "report");
+    const made = this.known.state.files?.slice(this.filesBefore).findLast(({ kind }) => kind === "report");
     if (made) open(`recording/${encodeURIComponent(made.name)}`);
     else $("report").click();
   }
