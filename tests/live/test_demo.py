@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from threading import Event
 
+import palpate
 import pytest
 from live_browser import Browser
 from live_server import Live
@@ -67,6 +68,19 @@ def test_the_touches_are_on_what_was_pressed(demo: LiveWorkbench, tmp_path: Path
     stored = load(tmp_path / "run.csv") or {}
     assert stored["device"]["simulated"]["scenario"].startswith("demo")
     assert [touch["specimen"] for touch in stored["session"]["touches"]] == order
+
+
+def test_a_recording_that_begins_with_earlier_pairs_says_when(tmp_path: Path) -> None:
+    """It begins with the first kept pair, not when Record is pressed."""
+    begun_s = time.time()
+    bench = started("demo:", RunFiles(None, tmp_path))
+    soon(lambda: bench.live.last_s > 3.0)
+    bench.live.record("late.csv")
+    bench.live.close()
+    recording = palpate.read(tmp_path / "late.csv")
+    assert recording.t_hard_s[0] < 1.0
+    assert recording.zero_utc_ns is not None
+    assert begun_s - 1.0 < recording.zero_utc_ns / 1e9 < begun_s + 2.5
 
 
 def test_what_does_not_press(demo: LiveWorkbench) -> None:

@@ -1,5 +1,6 @@
 """A simulated probe that a person presses on the page of `palpate live`: `demo:`."""
 
+import time
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from math import exp
@@ -112,6 +113,7 @@ class DemoSource(BoardSource):
         simulated = simulated_input(scenario, clock, options.seed)
         self.hand: PageHand = PageHand(simulated.truth, clock, options.seed)
         self._options = options
+        self._zero_ns: int | None = None  # known from the first pair on
         backend = SimulatedUsb(clock)
         backend.plug(simulated.board)
         super().__init__(EvalKit(backend=backend, clock=clock), options, clock)
@@ -121,15 +123,23 @@ class DemoSource(BoardSource):
         begun_ns = self.clock.now_ns()
         pacing = Pacing()
         for item in super()._pairs():
-            yield item
             if not isinstance(item, Sample):
+                yield item
                 continue
+            if self._zero_ns is None:
+                self._zero_ns = time.monotonic_ns() - item.t_hard_ns
+            yield item
             elapsed_s = (self.clock.now_ns() - begun_ns) / 1e9
             if self._options.page:
                 pacing.wait_until(elapsed_s)
             elif elapsed_s > _NOBODY_S:
                 self.notify("demo: nobody presses it: it is for the page of `palpate live demo:`")
                 return
+
+    @property
+    def zero_ns(self) -> int | None:
+        """Begin of the measurement on the clock of the computer, if a page presses."""
+        return self._zero_ns if self._options.page else None
 
     def describe(self) -> Json:
         """Return the description of the driver, with the settings of the demo."""

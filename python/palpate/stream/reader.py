@@ -266,6 +266,8 @@ class Reader:
             self._ahead_ns = ahead_of_monotonic_ns()
         else:
             expected = int(block["seq"][0])
+            self._zero_ns = self._source.zero_ns
+            self._ahead_ns = ahead_of_monotonic_ns()
         steps = np.diff(times, prepend=time_before)
         self.late += int(np.count_nonzero(steps > self._late_ns))
         self.lost += newest.seq + 1 - expected - len(block)
