@@ -182,7 +182,7 @@ def parameter_texts(parameters: list[inspect.Parameter]) -> list[str]:
 
 
 def default_text(value: Any) -> str:
-    """Return a default as it is written; that of an object without a short form is left out."""
+    """Return a default value as source text; "..." if it is long or an object without one."""
     if isinstance(value, enum.Enum):
         return f"{type(value).__name__}.{value.name}"
     if isinstance(value, float) and value.is_integer() and abs(value) >= 1e5:
